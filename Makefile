@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: MIT
+# Each target is also `python -m tools.NAME`; the first use makes .venv and installs into it.
+
+PYTHON ?= python3
+PY := .venv/bin/python
+OUT := out
+
+.PHONY: demo test bench accuracy faults experiments deploy lint types clean
+
+demo bench: .venv/ready
+	$(PY) -m tools.$@ $(ARGS)
+
+accuracy: .venv/ready
+	$(PY) -m tools.accuracy $(if $(DATA),--data $(DATA)) $(ARGS)
+
+faults: .venv/ready
+	$(PY) -m tools.faults $(ARGS)
+
+experiments: .venv/ready
+	$(PY) -m tools.experiments --out $(OUT)/experiments $(ARGS)
+
+deploy: .venv/ready
+	$(PY) -m tools.deploy $(if $(PORT),--port $(PORT)) $(ARGS)
+
+test: .venv/ready lint
+	$(PY) -m tools.virtual.firmware all
+	$(PY) -m pytest -n 2 $(ARGS)
+
+lint: .venv/ready
+	.venv/bin/ruff check .
+
+types: .venv/ready
+	$(PY) -m tools.typecheck
+
+.venv/ready: pyproject.toml
+	$(PYTHON) -m venv .venv || { echo "No venv in $(PYTHON): apt-get install python3-venv"; exit 1; }
+	.venv/bin/pip install --quiet --disable-pip-version-check --editable .
+	touch $@
+
+clean:
+	rm -rf .venv $(OUT) build

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""Type-checks what runs on the board against the MicroPython stubs of both ports.
+
+`python -m tools.typecheck` installs the pinned stubs beside the other caches on first use and
+runs mypy over lib/, firmware/, boot.py and main.py once per port. Exit status 1 on any error.
+"""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from tools.virtual.firmware import cache_dir
+
+ROOT = Path(__file__).resolve().parent.parent
+PORTS = ("rp2", "esp32")
+STUBS = "1.29.0.post1"
+# The stubs know viper's pointers only in a file for another checker, and lack what viper adds.
+_VIPER_TYPES = """
+class ptr8:
+    def __init__(self, source: object) -> None: ...
+    def __getitem__(self, index: int) -> int: ...
+    def __setitem__(self, index: int, value: int) -> None: ...
+class ptr16(ptr8): ...
+class ptr32(ptr8): ...
+class uint(int): ...
+"""
+
+
+def stubs(port):
+    """The folder with the stubs of a port ("rp2" or "esp32"), installed if it is not there."""
+    folder = cache_dir() / "stubs" / f"{port}-{STUBS}"
+    if folder.exists():
+        return folder
+    work = folder.with_suffix(".part")
+    shutil.rmtree(work, ignore_errors=True)
+    subprocess.run(
+        [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(work),
+         f"micropython-{port}-stubs=={STUBS}"],
+        check=True,
+    )  # fmt: skip
+    with open(work / "stdlib" / "builtins.pyi", "a") as f:
+        f.write(_VIPER_TYPES)
+    micropython = work / "micropython.pyi"
+    text = micropython.read_text()
+    # A viper function takes any buffer where it names a pointer, so its parameters stay open.
+    open_text = text.replace(
+        "def viper(_func: Callable[_Param, _Ret], /) -> Callable[_Param, _Ret]:",
+        "def viper(_func: Callable[..., _Ret], /) -> Callable[..., _Ret]:",
+    )
+    if open_text == text:
+        raise RuntimeError(f"{micropython}: viper's stub is not the one of version {STUBS}")
+    micropython.write_text(open_text)
+    work.rename(folder)
+    return folder
+
+
+def check(port):
+    """mypy's complaints about our own files for one port: a list of lines, empty when sound."""
+    folder = stubs(port)
+    config = Path(folder, "mypy.ini")
+    config.write_text(f"[mypy]\nmypy_path = {folder}:{ROOT / 'lib'}\n")
+    sources = [ROOT / name for name in ("lib", "firmware", "boot.py", "main.py")]
+    run = subprocess.run(
+        [sys.executable, "-m", "mypy", "--config-file", str(config), "--custom-typeshed-dir",
+         str(folder), "--no-site-packages", "--platform", "linux", "--explicit-package-bases",
+         "--cache-dir", str(cache_dir() / "mypy" / port), *map(str, sources)],
+        capture_output=True, text=True, cwd=ROOT,
+    )  # fmt: skip
+    if run.returncode not in (0, 1) or not run.stdout:
+        raise RuntimeError(f"mypy did not run:\n{run.stdout}{run.stderr}")
+    # The stubs have errors of their own; only ours count.
+    ours = ("lib/", "firmware/", "boot.py", "main.py")
+    return [line for line in run.stdout.splitlines() if line.startswith(ours)]
+
+
+def main():
+    failed = 0
+    for port in PORTS:
+        complaints = check(port)
+        failed += len(complaints)
+        print("\n".join(complaints + [f"{port}: {len(complaints)} errors"]))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
