@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""MicroPython's world on CPython."""
+"""MicroPython's world on CPython: checked viper, virtual clock, `machine` with the personality of a port."""
 
-import builtins
 import sys
-import types
+
+from .micropython import make_module
+from .viper import ViperTypeError, install_types
 
 
 def install_micropython():
-    """Provide `micropython` and the names that viper annotations need, so that `attitude.fixed` imports on a PC."""
-    if "micropython" in sys.modules:
-        return sys.modules["micropython"]
-    module = types.ModuleType("micropython")
-    module.const = module.native = module.viper = lambda x: x
-    for name in ("ptr", "ptr8", "ptr16", "ptr32", "uint"):
-        if not hasattr(builtins, name):
-            setattr(builtins, name, lambda value: value)
-    sys.modules["micropython"] = module
-    return module
+    """Provide `micropython` and the names that viper annotations need, so that board code imports on a PC."""
+    install_types()
+    return sys.modules.setdefault("micropython", make_module())
+
+
+__all__ = ["ViperTypeError", "install_micropython"]

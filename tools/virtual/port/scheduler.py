@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+"""MicroPython's scheduler: a queue of eight callbacks that run between bytecodes of the main program."""
+
+from collections import deque
+
+DEPTH = 8
+
+
+class Scheduler:
+    """Soft callbacks wait here; `run()` empties the queue, and callbacks never pre-empt each other."""
+
+    def __init__(self, depth=DEPTH):
+        self.depth = depth
+        self.queue = deque()
+        self.dropped = 0
+        self.running = False
+        self.locked = 0
+
+    def offer(self, function, argument):
+        """Queue `function(argument)`; False, and nothing else, when the queue is full."""
+        if len(self.queue) >= self.depth:
+            self.dropped += 1
+            return False
+        self.queue.append((function, argument))
+        return True
+
+    def run(self):
+        """Run what waits, unless a callback is running already or interrupts are off."""
+        if self.running or self.locked:
+            return
+        self.running = True
+        try:
+            while self.queue:
+                function, argument = self.queue.popleft()
+                function(argument)
+        finally:
+            self.running = False
