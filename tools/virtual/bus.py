@@ -13,7 +13,7 @@ from typing import NamedTuple
 LOG_LENGTH = 4096
 
 
-class BusStuck(Exception):  # noqa: N818 - it names what the master sees
+class BusStuck(Exception):
     """A line is held low, so the master cannot go on; it waits until its time-out.
 
     `line` is "sda" or "scl".
@@ -24,7 +24,7 @@ class BusStuck(Exception):  # noqa: N818 - it names what the master sees
         self.line = line
 
 
-class ArbitrationLost(Exception):  # noqa: N818 - the name of the bus specification
+class ArbitrationLost(Exception):
     """The master let SDA go and read it low: somebody else drives the bus."""
 
 

@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: MIT
+"""The chip below its bus: supply, clock, sensors, FIFO and INT as the registers set them."""
+
+import numpy as np
+
+from tools.virtual import registers as reg
+from tools.virtual.fifo import Fifo
+from tools.virtual.interrupts import IntPin
+from tools.virtual.motion import Still
+from tools.virtual.motion_engine import MotionEngine
+from tools.virtual.profiles import ACCEL_LSB_PER_G, ADDRESS, GYRO_LSB_PER_DPS, find
+from tools.virtual.sampler import Sampler
+from tools.virtual.sensing import Triad
+from tools.virtual.trim import FactoryTrim
+
+POWER_ON_NS = 20_000_000
+_NEVER = 1 << 62
+_LP_WAKE_HZ = (1.25, 5.0, 20.0, 40.0)
+_ODR_HZ = (0.24, 0.49, 0.98, 1.95, 3.91, 7.81, 15.63, 31.25, 62.5, 125.0, 250.0, 500.0)
+_SLEEP, _CYCLE, _TEMP_DIS, _CLK_STOPPED = 0x40, 0x20, 0x08, 7
+_FIFO_ON = 0x40
+_FIFO_STOPS = 0x40
+
+
+class Part:
+    """State below the registers. The arguments are those of tools.virtual.chip.MPU6050Chip."""
+
+    def __init__(
+        self,
+        motion=None,
+        address=ADDRESS,
+        profile="MPU6050",
+        seed=0,
+        noise=True,
+        clock_error=0.0,
+        gyro_bias_dps=(0, 0, 0),
+        accel_bias_g=(0, 0, 0),
+        gyro_bias_dps_per_c=(0, 0, 0),
+        accel_bias_g_per_c=(0, 0, 0),
+        gyro_matrix=None,
+        accel_matrix=None,
+        trim_codes=None,
+        self_test_error=0.0,
+    ):
+        self.address = address
+        self.profile = find(profile)
+        self.registers = bytearray(128)
+        self.now_ns = 0
+        self.on_int = None
+        self.frozen = False  # a fault: the output registers no longer change
+        self._trim_arguments = (seed, trim_codes, self_test_error)
+        self._pin = IntPin(self.registers)
+        self._pin.on_change = self._int_changed
+        random = np.random.default_rng(seed)
+        self._accel = Triad(accel_bias_g, accel_bias_g_per_c, accel_matrix, random)
+        self._gyro = Triad(gyro_bias_dps, gyro_bias_dps_per_c, gyro_matrix, random)
+        self._sampler = Sampler(self._accel, self._gyro, motion or Still(), clock_error)
+        self._noise = noise
+        self._engine = MotionEngine(self.registers)
+        self._overload = ((0.0,) * 3, (0.0,) * 3)
+        self._powered = True
+        self._silent_until = 0
+        self._wake_ns = _NEVER
+        self._eager = False  # somebody inside the chip has to see every sample at its time
+        self._announced = 0
+        self._set_profile()
+        self._clear_registers()
+
+    # back door for tests, tools and faults
+
+    @property
+    def motion(self):
+        """The motion source."""
+        return self._sampler.motion
+
+    def set_motion(self, motion, restart=False):
+        """Another motion source from now on; with `restart` its time 0 is now."""
+        self._sync(self.now_ns)
+        self._sampler.motion = motion
+        if restart:
+            self._sampler.motion_start_ns = self.now_ns
+
+    def truth(self, t_s):
+        """True attitude (w, x, y, z), sensor to earth, at bus time `t_s` seconds."""
+        return self.motion.truth(max(0.0, t_s - self._sampler.motion_start_ns * 1e-9))
+
+    @property
+    def clock_error(self):
+        """Fraction by which the chip's clock runs fast."""
+        return self._sampler.clock_error
+
+    def set_clock_error(self, error):
+        """The chip's clock runs fast by the fraction `error` from now on."""
+        self._sync(self.now_ns)
+        self._sampler.set_clock_error(error, self.now_ns)
+        self._announced = 0
+        self._plan(self.now_ns)
+
+    def set_overload(self, accel_g=(0, 0, 0), gyro_dps=(0, 0, 0)):
+        """Add this to what the sensors feel, ahead of saturation (for faults)."""
+        self._sync(self.now_ns)
+        self._overload = (tuple(accel_g), tuple(gyro_dps))
+        self._configure()
+
+    def set_int_dead(self, dead):
+        """Cut or mend the INT line."""
+        self._pin.dead = dead
+        self._pin.update()
+
+    def power_off(self):
+        """Cut the supply: nothing answers."""
+        self._powered = False
+        self._clear_registers()
+
+    def power_on(self, profile=None):
+        """Power-on reset: asleep, default ranges, silent for 20 ms; maybe another part."""
+        if profile is not None:
+            self.profile = find(profile)
+            self._set_profile()
+        self._powered = True
+        self._silent_until = self.now_ns + POWER_ON_NS
+        self._clear_registers()
+
+    # time
+
+    @property
+    def int_level(self):
+        """0 or 1 on the INT pin."""
+        return self._pin.level
+
+    def advance(self, now_ns):
+        """Let time pass; samples are computed when somebody looks."""
+        if now_ns >= self._wake_ns:
+            self._events(now_ns)
+        if now_ns > self.now_ns:
+            self.now_ns = now_ns
+
+    def next_event_ns(self):
+        """When the chip next does something by itself (INT edge, FIFO overflow), ns, or None."""
+        return None if self._wake_ns == _NEVER else self._wake_ns
+
+    def _events(self, now_ns):
+        if self._eager:
+            self._sync(now_ns)
+        elif self._sampler.running:
+            tick = self._sampler.output_at(now_ns)
+            if tick > self._announced:
+                self._announced = tick
+                self._trigger(reg.DATA_RDY, self._sampler.time_ns(tick))
+        end = self._pin.next_ns
+        if end is not None and end <= now_ns:
+            self.now_ns = max(self.now_ns, end)
+            self._pin.advance(end)
+        self._plan(now_ns)
+
+    def _trigger(self, bit, t_ns):
+        self.now_ns = max(self.now_ns, t_ns)
+        self._pin.trigger(bit, t_ns)
+
+    def _plan(self, now_ns):
+        """Note when `advance` has to do something next."""
+        wake = _NEVER if self._pin.next_ns is None else self._pin.next_ns
+        sampler = self._sampler
+        if sampler.running and (self._eager or self.registers[reg.INT_ENABLE] & reg.DATA_RDY):
+            step = 1 if self._eager else sampler.every
+            tick = sampler.tick(now_ns)
+            wake = min(wake, sampler.time_ns(tick - tick % step + step))
+        self._wake_ns = wake
+
+    def _int_changed(self, level):
+        if self.on_int is not None:
+            self.on_int(level)
+
+    # what the registers mean
+
+    def _set_profile(self):
+        profile = self.profile
+        self.fifo = Fifo(profile.fifo_bytes)
+        self.trim = FactoryTrim(profile, *self._trim_arguments)
+        self._accel.density = profile.accel_noise if self._noise else 0.0
+        self._gyro.density = profile.gyro_noise if self._noise else 0.0
+
+    def _clear_registers(self):
+        """Reset values; the sensors forget."""
+        registers = self.registers
+        registers[:] = bytes(128)
+        registers[reg.PWR_MGMT_1] = self.profile.power_reset
+        registers[reg.WHO_AM_I] = self.profile.who_am_i
+        self.trim.load(registers)
+        self.fifo.clear()
+        self._sampler.switch(False, self.now_ns)
+        self._accel.zero()
+        self._gyro.zero()
+        self._pin.clear()
+        self._configure()
+
+    def _configure(self):
+        """Derive everything from the registers; samples up to now are already computed."""
+        registers, sampler, now_ns = self.registers, self._sampler, self.now_ns
+        gyro_range = registers[reg.GYRO_CONFIG] >> 3 & 3
+        accel_range = registers[reg.ACCEL_CONFIG] >> 3 & 3
+        self._lsb = (ACCEL_LSB_PER_G[accel_range], GYRO_LSB_PER_DPS[gyro_range])
+        self._accel.added = self._added(reg.ACCEL_CONFIG, self.trim.accel_g, self._overload[0])
+        self._gyro.added = self._added(reg.GYRO_CONFIG, self.trim.gyro_dps, self._overload[1])
+        limits = (32768 / self._lsb[1], 32768 / self._lsb[0])
+        power = registers[reg.PWR_MGMT_1]
+        self._cycling = bool(power & _CYCLE)
+        if self._cycling:
+            sampler.every = 1
+            sampler.set_cycle(self._cycle_hz(), limits, now_ns)
+        else:
+            sampler.every = 1 + registers[reg.SMPLRT_DIV]
+            sampler.set_rows(*self._rows(), limits, now_ns)
+        awake = self._powered and not power & _SLEEP and power & 7 != _CLK_STOPPED
+        sampler.switch(awake, now_ns)
+        self._read_offsets()
+        enabled = registers[reg.INT_ENABLE]
+        self._fifo_on = bool(registers[reg.USER_CTRL] & _FIFO_ON and registers[reg.FIFO_EN])
+        self._watches = bool(enabled & reg.MOT and self.profile.motion_engine)
+        self._eager = self._watches or (self._fifo_on and bool(enabled & reg.FIFO_OFLOW))
+        self._announced = sampler.tick(now_ns) if sampler.running else 0
+        self._plan(now_ns)
+
+    def _added(self, config, trim, overload):
+        bits = self.registers[config]
+        return tuple(
+            o + (t if bits & 0x80 >> n else 0.0) for n, (t, o) in enumerate(zip(trim, overload))
+        )
+
+    def _rows(self):
+        code = self.registers[reg.CONFIG] & 7
+        gyro = self.profile.gyro_filters[code]
+        second = self.profile.accel_filter_register
+        if second is None:
+            return gyro, self.profile.accel_filters[code]
+        setting = self.registers[second]
+        if setting & 8:  # ACCEL_FCHOICE_B: no filter
+            return gyro, (500.0, None, 1000)
+        return gyro, self.profile.accel_filters[setting & 7]
+
+    def _cycle_hz(self):
+        if self.profile.cycle == "lp_wake":
+            return _LP_WAKE_HZ[self.registers[reg.PWR_MGMT_2] >> 6]
+        if self.profile.cycle == "odr":
+            return _ODR_HZ[min(self.registers[reg.LP_ODR] & 15, 11)]
+        return 1000.0 / (1 + self.registers[reg.SMPLRT_DIV])
+
+    def _read_offsets(self):
+        """Offset registers as counts to add: gyro 32.8 LSB per dps, accelerometer 2048 per g."""
+        self._offsets = []
+        for address, factory in zip(self.profile.accel_offsets, self.trim.accel_offsets):
+            moved = (self._word(address) & ~1) - (factory & ~1)
+            self._offsets.append(moved / 2048 * self._lsb[0])
+        for axis in range(3):
+            self._offsets.append(self._word(reg.GYRO_OFFSET + 2 * axis) / 32.8 * self._lsb[1])
+
+    def _word(self, address):
+        return int.from_bytes(self.registers[address : address + 2], "big", signed=True)
+
+    # samples
+
+    def _sync(self, t_ns):
+        """Compute the samples up to `t_ns` and put the last one into the output registers."""
+        on_output = self._output if self._fifo_on or self._eager else None
+        on_accel = self._watch if self._watches else None
+        if self._sampler.run(t_ns, on_output, on_accel) and not self._held():
+            self._publish(self.registers)
+
+    def _held(self):
+        return self.frozen
+
+    def _watch(self, t_ns):
+        if self._engine.step(self._accel.value):
+            self._trigger(reg.MOT, t_ns)
+
+    def _output(self, t_ns):
+        """An output sample that somebody inside the chip sees: FIFO and interrupt."""
+        if self._fifo_on:
+            scratch = bytearray(128) if not self.frozen else self.registers[:]
+            if not self.frozen:
+                self._publish(scratch)
+            stops = self.profile.fifo_can_stop and self.registers[reg.CONFIG] & _FIFO_STOPS
+            if self.fifo.push(self._packet(scratch), stops):
+                self._trigger(reg.FIFO_OFLOW, t_ns)
+        if self._eager:
+            self._trigger(reg.DATA_RDY, t_ns)
+
+    def _packet(self, source):
+        """The enabled output registers, in register order."""
+        enabled = self.registers[reg.FIFO_EN]
+        packet = b""
+        if enabled & 0x08:
+            packet += source[reg.ACCEL_XOUT_H : reg.ACCEL_XOUT_H + 6]
+        if enabled & 0x80:
+            packet += source[reg.TEMP_OUT_H : reg.TEMP_OUT_H + 2]
+        for axis in range(3):
+            if enabled & 0x40 >> axis:
+                address = reg.GYRO_XOUT_H + 2 * axis
+                packet += source[address : address + 2]
+        return packet
+
+    def _publish(self, registers):
+        """Convert the last output sample to counts; axes in standby keep their old value."""
+        accel, gyro, temp_c = self._sampler.output
+        standby = self.registers[reg.PWR_MGMT_2] & 0x3F
+        offsets = self._offsets
+        for axis in range(3):
+            if not standby & 0x20 >> axis:
+                address = reg.ACCEL_XOUT_H + 2 * axis
+                _put(registers, address, accel[axis] * self._lsb[0] + offsets[axis])
+            if not standby & 0x04 >> axis:
+                address = reg.GYRO_XOUT_H + 2 * axis
+                _put(registers, address, gyro[axis] * self._lsb[1] + offsets[axis + 3])
+        if not self.registers[reg.PWR_MGMT_1] & _TEMP_DIS:
+            raw = (temp_c - self.profile.temp_zero_c) * self.profile.temp_lsb_per_c
+            _put(registers, reg.TEMP_OUT_H, raw)
+
+
+def _put(registers, address, value):
+    count = round(value)
+    if not -32768 <= count <= 32767:
+        count = -32768 if count < 0 else 32767
+    registers[address] = count >> 8 & 0xFF
+    registers[address + 1] = count & 0xFF
