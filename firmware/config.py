@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: MIT
+"""Every knob: default, unit, range and meaning, as data; saved safely to flash."""
+
+from firmware import store
+
+PATH = "config.txt"
+_KIND = "config"
+_VERSION = 1
+
+# name, default, unit, allowed (a tuple of choices, or None), lowest, highest, what it is.
+# A float default takes any number, an int default whole ones.
+KNOBS = (
+    ("rate_hz", 250, "Hz", None, 80, 1000, "rate of the loop"),
+    ("drive", "timer", "", ("timer", "data-ready"), 0, 0, "what ticks: timer, or the INT line"),
+    ("burst", "auto", "", ("auto", "split", "blocking"), 0, 0, "auto: split on the RP2 port"),
+    ("address", 0x68, "", (0x68, 0x69), 0, 0, "of the sensor; AD0 high is 0x69"),
+    ("gyro_dps", 500, "deg/s", (250, 500, 1000, 2000), 0, 0, "range of the gyroscope"),
+    ("accel_g", 8, "g", (2, 4, 8, 16), 0, 0, "range of the accelerometer"),
+    ("dlpf_hz", 44, "Hz", (260, 184, 94, 44, 21, 10, 5), 0, 0, "the sensor's low-pass"),
+    ("sensor_hz", 1000, "Hz", None, 4, 1000, "the sensor's own sample rate"),
+    (
+        "filter",
+        "attitude",
+        "",
+        ("attitude", "kalman2", "float.attitude", "float.kalman", "float.complementary"),
+        0,
+        0,
+        "the estimator; without a prefix in integers",
+    ),
+    ("kalman_q_angle", 0.001, "deg^2/s", None, 1e-6, 10.0, "process noise of the angle"),
+    ("kalman_q_bias", 0.003, "(deg/s)^2/s", None, 0.0, 10.0, "process noise of the gyro bias"),
+    ("kalman_r_measure", 0.03, "deg^2", None, 1e-4, 1000.0, "noise of the accelerometer angle"),
+    ("complementary_tau_s", 0.5, "s", None, 0.01, 60.0, "time constant of float.complementary"),
+    ("attitude_tau_s", 3.0, "s", None, 0.1, 60.0, "accelerometer time constant of attitude"),
+    ("rest_s", 0.5, "s", None, 0.0, 10.0, "gyro bias at start: time at rest; 0 skips"),
+    ("still_dps", 3.0, "deg/s", None, 0.1, 50.0, "spread of the gyro still taken for rest"),
+    ("telemetry_hz", 50, "Hz", None, 0, 100, "lines per second; 0 silences"),
+    ("failsafe_ms", 100, "ms", None, 10, 10000, "age at which outputs go to their safe value"),
+    ("watchdog_ms", 0, "ms", None, 0, 8000, "resets a hung board; 0: no watchdog"),
+)
+
+
+class Config:
+    """The values by name: `config.rate_hz`. Change them with set(), which checks."""
+
+    def __init__(self):
+        self._values = {row[0]: row[1] for row in KNOBS}
+
+    def __getattr__(self, name):
+        values = self.__dict__["_values"]
+        if name in values:
+            return values[name]
+        raise AttributeError("no knob %s" % name)
+
+    def set(self, name, value):
+        """Set a knob. ValueError naming what is allowed, with its unit."""
+        self._values[name] = checked(name, value)
+
+    def reset(self):
+        """All knobs back to their defaults; not saved."""
+        for row in KNOBS:
+            self._values[row[0]] = row[1]
+
+    def load(self, path=PATH):
+        """Take the stored values; returns a list of warnings. Never fails because of the file."""
+        stored, warnings = store.load(path, _KIND, _VERSION)
+        for name in sorted(stored or ()):
+            try:
+                self.set(name, stored[name])
+            except ValueError as error:
+                warnings.append("%s: %s; default used" % (path, error))
+        return warnings
+
+    def save(self, path=PATH):
+        """Write all values to flash, safely (firmware.store). OSError when the flash refuses."""
+        store.save(path, _KIND, _VERSION, self._values)
+
+    def show(self):
+        """Print each knob: value, unit, what is allowed, meaning."""
+        for row in KNOBS:
+            print(
+                "%-20s %s %s  (%s; %s)"
+                % (row[0], self._values[row[0]], row[2], row[6], _allowed(row))
+            )
+
+
+def checked(name, value):
+    """The value as the knob keeps it; ValueError when there is no such knob or it is refused."""
+    for row in KNOBS:
+        if row[0] == name:
+            break
+    else:
+        raise ValueError("no knob %s" % name)
+    default, choices, low, high = row[1], row[3], row[4], row[5]
+    if isinstance(default, str):
+        good = isinstance(value, str)
+    elif isinstance(default, float):
+        good = isinstance(value, (int, float)) and not isinstance(value, bool)
+    else:
+        good = isinstance(value, int) and not isinstance(value, bool)
+    if good:
+        good = value in choices if choices else low <= value <= high
+    if not good:
+        raise ValueError("%s = %r: %s" % (name, value, _allowed(row)))
+    return float(value) if isinstance(default, float) else value
+
+
+def _allowed(row):
+    if row[3]:
+        return "one of " + ", ".join(str(choice) for choice in row[3])
+    return "%s to %s %s" % (row[4], row[5], row[2])

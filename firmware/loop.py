@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT
+"""The fixed-period loop: a step on an absolute grid of deadlines, with its timing as an output.
+
+A tick source (a timer of the port, or the sensor's data-ready edge) calls the loop in the
+background while the REPL stays alive. A late tick is counted and the periods it missed are
+skipped: the loop never bursts to catch up. The tick allocates nothing.
+"""
+
+import time
+
+from firmware.timing import Timing, account
+
+
+class Loop:
+    """Calls `step(dt_us)` with a fixed period; dt_us is the measured time since the last call.
+
+    step: the work of a tick, a bound method or function of one int.
+    source: `source(period_us, callback)` starts ticking and returns an object with deinit():
+        board.timer or board.data_ready.
+    rate_hz: 80 to 1000; the period is whole microseconds.
+    grid: True for a source with a grid of its own (a timer), False for the sensor's edges.
+    ahead, lead_us: with a timer, called this long before each step; for starting a transfer that
+        the step collects. Its exceptions are counted like those of the step.
+    """
+
+    def __init__(self, step, source, rate_hz=250, grid=True, ahead=None, lead_us=0):
+        if not 80 <= rate_hz <= 1000:
+            raise ValueError("rate_hz %s: 80 to 1000" % rate_hz)
+        self.period_us = round(1000000 / rate_hz)
+        self.errors = 0
+        self.error = None
+        self._grid = grid
+        self._step = step
+        self._source = source
+        self._ahead = ahead
+        self._lead_us = lead_us
+        # bound methods are heap blocks: made once, here
+        self._on_tick = self._tick
+        self._on_lead = self._lead
+        self._ticks_us = time.ticks_us
+        self._ticks_diff = time.ticks_diff
+        self._sources = []
+        self._flag = None
+        self._timing = Timing()
+        self._words = self._timing.words
+        self._bins = self._timing.bins
+
+    @property
+    def running(self):
+        return self._timing.running
+
+    def start(self):
+        """Begin to tick, in the background; statistics begin anew."""
+        self.stop()
+        self.errors = 0
+        self.error = None
+        self._timing.start(self.period_us, self._grid, self._ticks_us())
+        if self._ahead is not None:
+            self._sources.append(self._source(self.period_us, self._on_lead))
+            time.sleep_us(self._lead_us)
+        self._sources.append(self._source(self.period_us, self._on_tick))
+
+    def stop(self):
+        """End ticking; a call still queued does nothing."""
+        self._timing.stop()
+        while self._sources:
+            self._sources.pop().deinit()
+
+    def samples(self, item=None):
+        """`async for item in loop.samples(item)`: wakes after each step; one reader at a time.
+
+        A reader slower than the loop misses samples; it never delays the loop.
+        """
+        import asyncio
+
+        self._flag = asyncio.ThreadSafeFlag()
+        return _Samples(self._flag, item)
+
+    def stats(self):
+        """Timing so far as a dict: counts, and microseconds in the entries that say so."""
+        out = self._timing.stats()
+        out["errors"] = self.errors
+        return out
+
+    def mean_period_us(self):
+        """Mean of the last 256 undisturbed periods, rounded, in microseconds; 0 before."""
+        return self._timing.mean_period_us()
+
+    def _lead(self, _source):
+        if self._timing.running:
+            try:
+                self._ahead()
+            except Exception as error:
+                self.errors += 1
+                self.error = error
+
+    def _tick(self, _source):
+        now = self._ticks_us()
+        dt_us = account(self._words, self._bins, now)
+        if not dt_us:
+            return
+        try:
+            self._step(dt_us)
+        except Exception as error:  # nothing may leave the timer: it would print at every tick
+            self.errors += 1
+            self.error = error
+        if self._flag is not None:
+            self._flag.set()
+        self._timing.took(self._ticks_diff(self._ticks_us(), now))
+
+
+class _Samples:
+    def __init__(self, flag, item):
+        self._flag = flag
+        self._item = item
+
+    def __aiter__(self):
+        return self
+
+    async def __anext__(self):
+        await self._flag.wait()
+        return self._item
