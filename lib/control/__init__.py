@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: MIT
+"""From angles to actuators: PID, servo, ESCs, mixer; integer twins in control.fixed.
+
+As in `attitude`, a name is loaded from its own file when it is first asked for.
+"""
+
+_HOME = {
+    "PID": "pid",
+    "VelocityPID": "pid",
+    "Servo": "servo",
+    "Escs": "esc",
+    "QuadX": "mixer",
+}
+
+
+def __getattr__(name):
+    home = _HOME.get(name)
+    if home is None:
+        raise AttributeError("control has no %s" % name)
+    value = getattr(__import__("control." + home, None, None, (name,)), name)
+    globals()[name] = value
+    return value
