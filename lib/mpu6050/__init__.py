@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: MIT
+"""MPU6050 accelerometer and gyroscope on any object with MicroPython's I2C methods.
+
+`read()` fetches, `accel_g()`, `gyro_dps()` and `temp_c()` convert. Frame: the sensor's own,
+right-handed; flat and level reads +1 g on z. Sources: RM = register map RM-MPU-6000A r4.2,
+PS = product specification PS-MPU-6000A r3.4.
+"""
+
+import sys
+from array import array
+from time import sleep_ms
+
+import micropython
+from micropython import const
+
+from mpu6050.profiles import identify
+from mpu6050.registers import Registers
+
+# [bits] that the driver uses; names as in RM section 3
+_SMPLRT_DIV = const(0x19)
+_CONFIG = const(0x1A)  # EXT_SYNC_SET [5:3] is left alone, DLPF_CFG [2:0]
+_GYRO_CONFIG = const(0x1B)  # XG_ST YG_ST ZG_ST [7:5], FS_SEL [4:3]
+_ACCEL_CONFIG = const(0x1C)  # XA_ST YA_ST ZA_ST [7:5], AFS_SEL [4:3]
+_ACCEL_CONFIG_2 = const(0x1D)  # MPU-6500 family: FCHOICE_B [3], A_DLPF_CFG [2:0]
+_FIFO_EN = const(0x23)
+_INT_PIN_CFG = const(0x37)  # INT_LEVEL [7], INT_OPEN [6], LATCH_INT_EN [5], INT_RD_CLEAR [4]
+_INT_ENABLE = const(0x38)  # DATA_RDY_EN [0]
+_ACCEL_XOUT_H = const(0x3B)  # accelerometer, temperature, gyro: 14 bytes, high byte first
+_SIGNAL_PATH_RESET = const(0x68)  # GYRO ACCEL TEMP [2:0]
+_USER_CTRL = const(0x6A)  # FIFO_EN [6], I2C_MST_EN [5], resets [2:0] clear themselves
+_PWR_MGMT_1 = const(0x6B)  # DEVICE_RESET [7], SLEEP [6], CYCLE [5], TEMP_DIS [3], CLKSEL [2:0]
+_PWR_MGMT_2 = const(0x6C)  # LP_WAKE_CTRL [7:6], standby of each axis [5:0]
+
+_PLL_GYRO_X = const(0x01)  # CLKSEL: RM p. 41 recommends a gyro's clock over the internal one
+_GYRO_START_MS = const(35)  # PS p. 12: 30 ms from sleep to within 1 % of the final value
+
+# Range code (FS_SEL, AFS_SEL: the place in the table), full scale, counts per unit (RM p. 29, 31)
+_GYRO_DPS = ((250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4))
+_ACCEL_G = ((2, 16384), (4, 8192), (8, 4096), (16, 2048))
+# DLPF_CFG is the place; accelerometer bandwidth in Hz, the gyro's output rate in Hz (RM p. 13)
+_DLPF_HZ = ((260, 8000), (184, 1000), (94, 1000), (44, 1000), (21, 1000), (10, 1000), (5, 1000))
+
+
+def _row(table, wanted, name):
+    for code, row in enumerate(table):
+        if row[0] == wanted:
+            return code, row[1]
+    raise ValueError("%s=%s: choose one of %s" % (name, wanted, [row[0] for row in table]))
+
+
+def _divider(gyro_rate, rate_hz):
+    if not gyro_rate / 256 <= rate_hz <= gyro_rate:
+        limits = (rate_hz, gyro_rate / 256, gyro_rate)
+        raise ValueError("rate_hz=%s: choose from %s to %s at this dlpf_hz" % limits)
+    return round(gyro_rate / rate_hz) - 1
+
+
+@micropython.viper
+def _swap(burst: ptr8, counts: ptr8):
+    """Big-endian words of the chip to the little-endian ones of every supported board."""
+    i = 0
+    while i < 14:
+        counts[i] = burst[i + 1]
+        counts[i + 1] = burst[i]
+        i += 2
+
+
+class MPU6050(Registers):
+    """The sensor, woken, configured and verified.
+
+    gyro_dps: 250, 500, 1000 or 2000; accel_g: 2, 4, 8 or 16; dlpf_hz: accelerometer bandwidth
+    260, 184, 94, 44, 21, 10 or 5 (the gyro's is the same within 5 %); rate_hz: nearest possible
+    rate of fresh samples, the true one is then in `.rate_hz`. ValueError for any other setting;
+    OSError that says what was seen and what to check when the sensor cannot be used.
+    """
+
+    NAME = "MPU6050"
+
+    def __init__(self, i2c, address=0x68, gyro_dps=500, accel_g=8, dlpf_hz=44, rate_hz=1000,
+                 allow_unknown=False):  # fmt: skip
+        gyro_code, self.gyro_lsb_per_dps = _row(_GYRO_DPS, gyro_dps, "gyro_dps")
+        accel_code, self.accel_lsb_per_g = _row(_ACCEL_G, accel_g, "accel_g")
+        dlpf_code, gyro_rate = _row(_DLPF_HZ, dlpf_hz, "dlpf_hz")
+        divider = _divider(gyro_rate, rate_hz)
+        self.gyro_range_dps, self.accel_range_g, self.dlpf_hz = gyro_dps, accel_g, dlpf_hz
+        super().__init__(i2c, address)
+        self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
+        self._burst = bytearray(14)
+        self.use_bus(i2c)
+        self.who_am_i, self.profile = identify(self, allow_unknown)
+        # (register, value, mask) row after row; waking comes first, or nothing else works
+        self._table.extend(bytes((
+            _PWR_MGMT_1, _PLL_GYRO_X, 0xEF,
+            _PWR_MGMT_2, 0, 0xFF,
+            _SMPLRT_DIV, divider, 0xFF,
+            _CONFIG, dlpf_code, 0x07,
+            _GYRO_CONFIG, gyro_code << 3, 0xF8,
+            _ACCEL_CONFIG, accel_code << 3, 0xF8,
+            _FIFO_EN, 0, 0xFF,
+            _INT_PIN_CFG, 0, 0xF0,
+            _INT_ENABLE, 0, 0xFF,
+            _USER_CTRL, 0, 0x60,
+        )))  # fmt: skip
+        self.rate_hz = gyro_rate / (1 + divider)
+        if self.profile.accel_filter:
+            if gyro_rate == 8000:  # RM-MPU-6500A p. 12: the divider works at 1 kHz only
+                self.rate_hz = 8000.0
+            self._table.extend(bytes((_ACCEL_CONFIG_2, dlpf_code, 0x0F)))
+        self.reset()
+        self.configure()
+
+    def use_bus(self, i2c):
+        """Work on this bus object from now on, for instance after a bus recovery."""
+        self.bus = i2c
+        self._split = None
+        self._busy = b"\0"
+        if sys.platform == "rp2" and str(i2c).startswith("I2C("):
+            from mpu6050.split_rp2 import Split
+
+            self._split = split = Split(i2c, self.address, self.counts)
+            self._busy = split.busy
+            # on the instance, so that no Python method stands in between: 12 us a call
+            self.read, self.start, self.collect = split.read, split.start, split.collect
+
+    # ---- samples
+
+    def read(self):
+        """Fetch one sample into `counts`: one 14-byte burst, one instant. OSError on failure."""
+        self.bus.readfrom_mem_into(self.address, _ACCEL_XOUT_H, self._burst)
+        _swap(self._burst, self.counts)
+
+    def start(self):
+        """Begin a burst and return at once; on RP2 it runs in the background (split_rp2.py)."""
+
+    def collect(self):
+        """True when the burst has arrived in `counts`, False while the bus works; OSError."""
+        self.read()
+        return True
+
+    def plausible(self):
+        """False when the last burst is a fill pattern: a chip asleep (0), a dead line (0xFF)...
+
+        All seven words equal, or the last four filled with the 0xFE or 0xFF of a broken transfer.
+        """
+        c = self.counts
+        gx = c[4]
+        if not (gx == c[5] == c[6] == c[3]):
+            return True
+        return not (gx == -1 or gx == -258 or gx == c[0] == c[1] == c[2])
+
+    def accel_g(self):
+        """(x, y, z) specific force in g of the last sample."""
+        c, lsb = self.counts, self.accel_lsb_per_g
+        return c[0] / lsb, c[1] / lsb, c[2] / lsb
+
+    def gyro_dps(self):
+        """(x, y, z) rate in degrees per second of the last sample."""
+        c, lsb = self.counts, self.gyro_lsb_per_dps
+        return c[4] / lsb, c[5] / lsb, c[6] / lsb
+
+    def temp_c(self):
+        """Temperature of the chip in degrees Celsius of the last sample."""
+        return self.counts[3] / self.profile.temp_lsb_per_c + self.profile.temp_offset_c
+
+    # ---- configuration
+
+    def reset(self):
+        """Reset the chip by the sequence of RM p. 41; it sleeps then, until configure()."""
+        self.store(_PWR_MGMT_1, 0x80)
+        sleep_ms(100)
+        self.store(_SIGNAL_PATH_RESET, 0x07)
+        sleep_ms(100)
+
+    def configure(self):
+        """Apply the whole table, verify it, and wait until the gyro has started. OSError."""
+        self.apply_all()
+        sleep_ms(_GYRO_START_MS)
+
+    def set_range(self, gyro_dps=None, accel_g=None):
+        """Change full scales (deg/s, g) and with them the scale of all that is read later."""
+        gyro = _row(_GYRO_DPS, gyro_dps or self.gyro_range_dps, "gyro_dps")
+        accel = _row(_ACCEL_G, accel_g or self.accel_range_g, "accel_g")
+        if gyro_dps:
+            self.set_bits(_GYRO_CONFIG, gyro[0] << 3, 0x18)
+            self.gyro_range_dps, self.gyro_lsb_per_dps = gyro_dps, gyro[1]
+        if accel_g:
+            self.set_bits(_ACCEL_CONFIG, accel[0] << 3, 0x18)
+            self.accel_range_g, self.accel_lsb_per_g = accel_g, accel[1]
+
+    def data_ready(self, enable=True, active_low=False, latch=False):
+        """Signal each fresh sample on INT: a 50 us pulse, or a level held until the next read."""
+        pin = 0x10 | (0xC0 if active_low else 0) | (0x20 if latch else 0)  # low: open drain
+        self.set_bits(_INT_PIN_CFG, pin if enable else 0, 0xF0)
+        self.set_bits(_INT_ENABLE, 1 if enable else 0, 0x01)
+
+    def sleep(self):
+        """Stop measuring, 5 uA; registers stay, samples read as they were."""
+        self.set_bits(_PWR_MGMT_1, 0x40, 0x60)
+
+    def wake(self):
+        """Measure again after sleep() or cycle(); returns when the gyro has started."""
+        self.set_bits(_PWR_MGMT_2, 0, 0xFF)
+        self.set_bits(_PWR_MGMT_1, _PLL_GYRO_X, 0x6F)
+        sleep_ms(_GYRO_START_MS)
+
+    def cycle(self, hz):
+        """Accelerometer only, woken 1.25, 5, 20 or 40 times a second (10 to 140 uA)."""
+        from mpu6050.motion import cycle
+
+        cycle(self, hz)
+
+    # ---- bus
+
+    def load(self, register, buffer):
+        """Fill the buffer from consecutive registers. OSError when the bus fails."""
+        if self._busy[0]:
+            self._split.finish()
+        self.bus.readfrom_mem_into(self.address, register, buffer)
+
+    def store(self, register, value):
+        """Write one register, unverified; settings go through set_bits(). OSError."""
+        if self._busy[0]:
+            self._split.finish()
+        super().store(register, value)

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""Which part this is: the genuine MPU6050, or one of those sold as it, known by WHO_AM_I.
+
+The register maps of the MPU-6500 (RM-MPU-6500A r2.1) and ICM-20689 (DS-000143) families agree
+with the MPU6050's in all that the driver uses, except for what stands in a `Profile`.
+"""
+
+from collections import namedtuple
+
+from micropython import const
+
+_WHO_AM_I = const(0x75)
+_ENODEV = const(19)
+
+# accel_filter: has ACCEL_CONFIG_2; degC = counts / temp_lsb_per_c + temp_offset_c;
+# accel_offsets: first offset register; motion: has the motion interrupt
+Profile = namedtuple(
+    "Profile",
+    (
+        "name",
+        "accel_filter",
+        "temp_lsb_per_c",
+        "temp_offset_c",
+        "fifo_bytes",
+        "accel_offsets",
+        "motion",
+    ),
+)
+
+
+def _like_6500(name):
+    return Profile(name, True, 333.87, 21.0, 512, 0x77, False)
+
+
+def _like_6050(name):
+    return Profile(name, False, 340.0, 36.53, 1024, 0x06, True)
+
+
+def _profile(who_am_i):
+    if who_am_i == 0x68:
+        return _like_6050("MPU6050")
+    if who_am_i == 0x98:
+        return Profile("ICM-20689", True, 326.8, 25.0, 4096, 0x77, False)
+    name = {0x70: "MPU-6500", 0x71: "MPU-9250", 0x73: "MPU-9255", 0x74: "MPU-6515"}.get(who_am_i)
+    return _like_6500(name) if name else None
+
+
+def identify(device, allow_unknown):
+    """(WHO_AM_I, Profile) of the part that answers; OSError when none does or it is unknown.
+
+    `allow_unknown` takes an unknown id for a genuine MPU6050.
+    """
+    byte = bytearray(1)
+    try:
+        device.load(_WHO_AM_I, byte)
+    except OSError as error:
+        from mpu6050.diagnose import no_answer
+
+        raise no_answer(device, error) from None
+    profile = _profile(byte[0])
+    if profile is None and allow_unknown:
+        profile = _like_6050("unknown 0x%02X" % byte[0])
+    if profile is None:
+        from mpu6050.diagnose import wrong_id
+
+        raise wrong_id(device.address, byte[0])
+    return byte[0], profile

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""A chip on I2C whose configuration is a table: applied, read back, re-checked row by row."""
+
+from micropython import const
+
+_EIO = const(5)
+
+
+class Registers:
+    """Verified registers of the device `NAME` at `address` on any bus with MicroPython's methods.
+
+    The table holds rows of three bytes: register, value, mask of the bits that are ours. It is
+    what the chip should hold; set_bits() changes both, check() compares them, repair() mends.
+    """
+
+    NAME = "device"
+
+    def __init__(self, i2c, address):
+        self.bus = i2c
+        self.address = address
+        self._table = bytearray()
+        self._next = 0
+        self._byte = bytearray(1)
+
+    def load(self, register, buffer):
+        """Fill the buffer from consecutive registers. OSError when the bus fails."""
+        self.bus.readfrom_mem_into(self.address, register, buffer)
+
+    def store(self, register, value):
+        """Write one register, unverified; settings go through set_bits(). OSError."""
+        self._byte[0] = value
+        self.bus.writeto_mem(self.address, register, self._byte)
+
+    def set_bits(self, register, value, mask):
+        """Set the bits of `mask`, verify them, and only then keep them in the table. OSError."""
+        self._apply(register, value, mask)
+        table = self._table
+        for row in range(0, len(table), 3):
+            if table[row] == register:
+                table[row + 1] = table[row + 1] & ~mask | value
+                table[row + 2] |= mask
+                return
+        table.extend(bytes((register, value, mask)))
+
+    def check(self):
+        """Compare the next row with the chip: False when it differs. One short transaction."""
+        row = self._step()
+        self.load(self._table[row], self._byte)
+        return not (self._byte[0] ^ self._table[row + 1]) & self._table[row + 2]
+
+    def repair(self):
+        """Write and verify the next row; True when that was the last one of the table. OSError.
+
+        For a running loop: one call each tick brings back a chip that lost its settings.
+        """
+        row = self._step()
+        self._apply(self._table[row], self._table[row + 1], self._table[row + 2])
+        return self._next == 0
+
+    def apply_all(self):
+        """Write and verify every row, the first one first. OSError names the first bad row."""
+        self._next = 0
+        while not self.repair():
+            pass
+
+    def _step(self):
+        row = self._next
+        self._next = (row + 3) % len(self._table)
+        return row
+
+    def _apply(self, register, value, mask):
+        byte = self._byte
+        if mask != 0xFF:
+            self.load(register, byte)
+            value |= byte[0] & ~mask
+        self.store(register, value)
+        self.load(register, byte)
+        if (byte[0] ^ value) & mask:
+            text = "%s at 0x%02X: register 0x%02X reads 0x%02X, expected 0x%02X in bits 0x%02X"
+            seen = (self.NAME, self.address, register, byte[0], value, mask)
+            raise OSError(_EIO, text % seen)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: MIT
+"""The 14-byte burst in two phases on the I2C blocks of RP2040 and RP2350.
+
+A block's FIFOs hold 16 entries: register number and 14 read commands are 15, the answer is 14
+bytes. So `start()` queues all of it and the processor is free while the bus works. machine.I2C
+has set up pins and speed; each of its calls disables the block first, so it must not be used
+while a burst runs: the driver's own calls wait for it (`finish`), also between two sensors on one
+bus; a foreign one breaks the burst, which collect() reports as ETIMEDOUT.
+Registers: RP2040 datasheet section 4.3.17, the same block (DW_apb_i2c) in the RP2350's 12.2.17.
+"""
+
+import sys
+from array import array
+
+import micropython
+from micropython import const
+
+# word offsets in the block
+_IC_TAR = const(0x04 >> 2)
+_IC_DATA_CMD = const(0x10 >> 2)  # RESTART [10], STOP [9], read CMD [8], DAT [7:0]
+_IC_CLR_TX_ABRT = const(0x54 >> 2)
+_IC_ENABLE = const(0x6C >> 2)  # ABORT [1], ENABLE [0]
+_IC_STATUS = const(0x70 >> 2)  # MST_ACTIVITY [5]
+_IC_RXFLR = const(0x78 >> 2)
+_IC_TX_ABRT_SOURCE = const(0x80 >> 2)
+
+_ACCEL_XOUT_H = const(0x3B)
+_EIO = const(5)
+_ETIMEDOUT = const(110)
+
+# shared words of a block: address whose burst is under way (0: none), block, timer, start, limit
+_BUSY = const(0)
+_BLOCK = const(1)
+_TIMER = const(2)
+_STARTED_US = const(3)
+_LIMIT_US = const(4)
+# words of one sensor: address, and what finish() left: 0 nothing, 1 a sample, -errno a failure
+_ADDRESS = const(0)
+_LEFT = const(1)
+
+_blocks = {}  # block address: (shared words, {sensor address: Split})
+
+
+def _shared(i2c):
+    """The words and users of the block behind a machine.I2C, found by the text it prints."""
+    text = str(i2c)
+    second = text.startswith("I2C(1")
+    hz = int(text.split("freq=")[1].split(",")[0].strip(")"))
+    if "RP2350" in sys.implementation._machine:
+        block, timer = 0x40098000 if second else 0x40090000, 0x400B0028
+    else:
+        block, timer = 0x40048000 if second else 0x40044000, 0x40054028
+    # 17 bytes of 9 clocks; twice that, and half a millisecond for a stretched clock
+    limit = 2 * 17 * 9 * 1_000_000 // hz + 500
+    if block not in _blocks:
+        _blocks[block] = (array("i", (0, 0, 0, 0, 0)), {})
+    words, users = _blocks[block]
+    words[_BUSY], words[_BLOCK], words[_TIMER], words[_LIMIT_US] = 0, block, timer, limit
+    return words, users
+
+
+class Split:
+    """One sensor's burst; `busy[0]` is not 0 while any sensor's burst runs on this block."""
+
+    def __init__(self, i2c, address, counts):
+        self.busy, self._users = _shared(i2c)
+        self._own = array("i", (address, 0))
+        self._counts = counts
+        self._users[address] = self
+
+    @micropython.viper
+    def start(self):
+        """Queue the burst and return. While one is under way the call does nothing."""
+        own = ptr32(self._own)
+        shared = ptr32(self.busy)
+        if shared[_BUSY]:
+            if shared[_BUSY] == own[_ADDRESS]:
+                return
+            self.finish()
+        own[_LEFT] = 0
+        shared[_BUSY] = own[_ADDRESS]
+        timer = ptr32(shared[_TIMER])
+        shared[_STARTED_US] = timer[0]
+        bus = ptr32(shared[_BLOCK])
+        wait = 100  # the STOP of the transfer before may still be on the wires
+        while bus[_IC_STATUS] & 0x20 and wait:
+            wait -= 1
+        bus[_IC_ENABLE] = 0
+        bus[_IC_TAR] = own[_ADDRESS]
+        bus[_IC_ENABLE] = 1
+        bus[_IC_DATA_CMD] = _ACCEL_XOUT_H
+        bus[_IC_DATA_CMD] = 0x500
+        i = 12
+        while i:
+            bus[_IC_DATA_CMD] = 0x100
+            i -= 1
+        bus[_IC_DATA_CMD] = 0x300
+
+    @micropython.viper
+    def collect(self) -> bool:
+        """True when the burst is in counts, False while it runs; without start() it starts one.
+
+        OSError: EIO when the sensor did not acknowledge or lost arbitration, ETIMEDOUT when the
+        bus is stuck or someone else used it meanwhile.
+        """
+        own = ptr32(self._own)
+        shared = ptr32(self.busy)
+        if shared[_BUSY] != own[_ADDRESS]:
+            return bool(self._taken())
+        bus = ptr32(shared[_BLOCK])
+        if bus[_IC_RXFLR] != 14:
+            return bool(self._unready())
+        counts = ptr8(self._counts)
+        i = 0
+        while i < 14:
+            counts[i + 1] = bus[_IC_DATA_CMD]
+            counts[i] = bus[_IC_DATA_CMD]
+            i += 2
+        shared[_BUSY] = 0
+        return True
+
+    @micropython.viper
+    def read(self):
+        """A fresh burst, waited for; 50 us less than machine.I2C takes. OSError as collect().
+
+        A burst that start() began before is finished first and stays to be collected.
+        """
+        own = ptr32(self._own)
+        shared = ptr32(self.busy)
+        if shared[_BUSY]:
+            self.finish()
+        left = own[_LEFT]
+        self.start()
+        bus = ptr32(shared[_BLOCK])
+        timer = ptr32(shared[_TIMER])
+        end = shared[_LIMIT_US]
+        while bus[_IC_RXFLR] != 14:
+            if timer[0] - shared[_STARTED_US] > end or bus[_IC_STATUS] & 0x20 == 0:
+                break
+        self.collect()
+        own[_LEFT] = left
+
+    def finish(self):
+        """Wait for the burst under way, whoever's it is, and keep it for that one's collect()."""
+        owner = self._users[self.busy[_BUSY]]
+        left = 1
+        try:
+            while not owner.collect():
+                pass
+        except OSError as error:
+            left = -error.args[0]
+        owner._own[_LEFT] = left
+
+    def _taken(self):
+        left = self._own[_LEFT]
+        self._own[_LEFT] = 0
+        if left < 0:
+            raise OSError(-left)
+        if not left:
+            self.start()
+        return left
+
+    @micropython.viper
+    def _unready(self) -> bool:
+        shared = ptr32(self.busy)
+        bus = ptr32(shared[_BLOCK])
+        error = 0
+        if bus[_IC_TX_ABRT_SOURCE]:
+            error = _EIO
+        else:
+            timer = ptr32(shared[_TIMER])
+            if timer[0] - shared[_STARTED_US] > shared[_LIMIT_US]:
+                error = _ETIMEDOUT
+                bus[_IC_ENABLE] = 3  # abort: STOP after the byte in hand, if the wires allow
+                wait = 1000
+                while bus[_IC_ENABLE] & 2 and wait:
+                    wait -= 1
+        if error:
+            bus[_IC_CLR_TX_ABRT]
+            bus[_IC_ENABLE] = 0  # empties both FIFOs
+            shared[_BUSY] = 0
+            raise OSError(error)
+        return False
