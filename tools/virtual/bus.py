@@ -68,7 +68,7 @@ class Bus:
         A host that wants INT edges and faults on time calls `advance` no later than this.
         """
         times = [device.next_event_ns() for device in self.devices]
-        times += [fault.next_event_ns(self.now_ns) for fault in self.faults]
+        times += [fault.next_event_ns() for fault in self.faults]
         return min((t for t in times if t is not None), default=None)
 
     def _advance_devices(self, now_ns):

@@ -43,7 +43,7 @@ class MPU6050Chip(Part):
     # bus
 
     def start(self, read):
-        """Addressed; False while there is no supply. The outputs are latched at the first START."""
+        """Addressed; False without supply. The outputs are latched at the first START."""
         if not self._powered or self.now_ns < self._silent_until:
             return False
         if not self._in_transaction:
@@ -101,7 +101,7 @@ class MPU6050Chip(Part):
         self._latched = True
 
     def _held(self):
-        return self.frozen or self._latched
+        return self._frozen or self._latched
 
     def _sync_events(self):
         if self.now_ns >= self._wake_ns:

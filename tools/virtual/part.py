@@ -8,16 +8,15 @@ from tools.virtual.fifo import Fifo
 from tools.virtual.interrupts import IntPin
 from tools.virtual.motion import Still
 from tools.virtual.motion_engine import MotionEngine
-from tools.virtual.profiles import ACCEL_LSB_PER_G, ADDRESS, GYRO_LSB_PER_DPS, find
+from tools.virtual.profiles import ADDRESS, find
 from tools.virtual.sampler import Sampler
 from tools.virtual.sensing import Triad
+from tools.virtual.settings import Settings, packet
 from tools.virtual.trim import FactoryTrim
 
 POWER_ON_NS = 20_000_000
 _NEVER = 1 << 62
-_LP_WAKE_HZ = (1.25, 5.0, 20.0, 40.0)
-_ODR_HZ = (0.24, 0.49, 0.98, 1.95, 3.91, 7.81, 15.63, 31.25, 62.5, 125.0, 250.0, 500.0)
-_SLEEP, _CYCLE, _TEMP_DIS, _CLK_STOPPED = 0x40, 0x20, 0x08, 7
+_SLEEP, _CYCLE, _CLK_STOPPED = 0x40, 0x20, 7
 _FIFO_ON = 0x40
 _FIFO_STOPS = 0x40
 
@@ -47,7 +46,7 @@ class Part:
         self.registers = bytearray(128)
         self.now_ns = 0
         self.on_int = None
-        self.frozen = False  # a fault: the output registers no longer change
+        self._frozen = False
         self._trim_arguments = (seed, trim_codes, self_test_error)
         self._pin = IntPin(self.registers)
         self._pin.on_change = self._int_changed
@@ -101,6 +100,16 @@ class Part:
         self._sync(self.now_ns)
         self._overload = (tuple(accel_g), tuple(gyro_dps))
         self._configure()
+
+    def set_frozen(self, frozen):
+        """Stop or release the output registers, and with them what the FIFO takes."""
+        self._sync(self.now_ns)
+        self._frozen = frozen
+
+    def overfill_fifo(self, extra):
+        """Let the FIFO take `extra` bytes more than it holds (for faults)."""
+        if self.fifo.push(bytes(self.fifo.size + extra - len(self.fifo))):
+            self._trigger(reg.FIFO_OFLOW, self.now_ns)
 
     def set_int_dead(self, dead):
         """Cut or mend the INT line."""
@@ -197,65 +206,25 @@ class Part:
     def _configure(self):
         """Derive everything from the registers; samples up to now are already computed."""
         registers, sampler, now_ns = self.registers, self._sampler, self.now_ns
-        gyro_range = registers[reg.GYRO_CONFIG] >> 3 & 3
-        accel_range = registers[reg.ACCEL_CONFIG] >> 3 & 3
-        self._lsb = (ACCEL_LSB_PER_G[accel_range], GYRO_LSB_PER_DPS[gyro_range])
-        self._accel.added = self._added(reg.ACCEL_CONFIG, self.trim.accel_g, self._overload[0])
-        self._gyro.added = self._added(reg.GYRO_CONFIG, self.trim.gyro_dps, self._overload[1])
-        limits = (32768 / self._lsb[1], 32768 / self._lsb[0])
+        settings = Settings(registers, self.profile, self.trim)
+        self._outputs = settings
+        self._accel.added = _sum(self._overload[0], settings.self_test_g)
+        self._gyro.added = _sum(self._overload[1], settings.self_test_dps)
         power = registers[reg.PWR_MGMT_1]
-        self._cycling = bool(power & _CYCLE)
-        if self._cycling:
+        if power & _CYCLE:
             sampler.every = 1
-            sampler.set_cycle(self._cycle_hz(), limits, now_ns)
+            sampler.set_cycle(settings.cycle_hz(), settings.limits, now_ns)
         else:
             sampler.every = 1 + registers[reg.SMPLRT_DIV]
-            sampler.set_rows(*self._rows(), limits, now_ns)
+            sampler.set_rows(*settings.filter_rows(), settings.limits, now_ns)
         awake = self._powered and not power & _SLEEP and power & 7 != _CLK_STOPPED
         sampler.switch(awake, now_ns)
-        self._read_offsets()
         enabled = registers[reg.INT_ENABLE]
         self._fifo_on = bool(registers[reg.USER_CTRL] & _FIFO_ON and registers[reg.FIFO_EN])
         self._watches = bool(enabled & reg.MOT and self.profile.motion_engine)
         self._eager = self._watches or (self._fifo_on and bool(enabled & reg.FIFO_OFLOW))
         self._announced = sampler.tick(now_ns) if sampler.running else 0
         self._plan(now_ns)
-
-    def _added(self, config, trim, overload):
-        bits = self.registers[config]
-        return tuple(
-            o + (t if bits & 0x80 >> n else 0.0) for n, (t, o) in enumerate(zip(trim, overload))
-        )
-
-    def _rows(self):
-        code = self.registers[reg.CONFIG] & 7
-        gyro = self.profile.gyro_filters[code]
-        second = self.profile.accel_filter_register
-        if second is None:
-            return gyro, self.profile.accel_filters[code]
-        setting = self.registers[second]
-        if setting & 8:  # ACCEL_FCHOICE_B: no filter
-            return gyro, (500.0, None, 1000)
-        return gyro, self.profile.accel_filters[setting & 7]
-
-    def _cycle_hz(self):
-        if self.profile.cycle == "lp_wake":
-            return _LP_WAKE_HZ[self.registers[reg.PWR_MGMT_2] >> 6]
-        if self.profile.cycle == "odr":
-            return _ODR_HZ[min(self.registers[reg.LP_ODR] & 15, 11)]
-        return 1000.0 / (1 + self.registers[reg.SMPLRT_DIV])
-
-    def _read_offsets(self):
-        """Offset registers as counts to add: gyro 32.8 LSB per dps, accelerometer 2048 per g."""
-        self._offsets = []
-        for address, factory in zip(self.profile.accel_offsets, self.trim.accel_offsets):
-            moved = (self._word(address) & ~1) - (factory & ~1)
-            self._offsets.append(moved / 2048 * self._lsb[0])
-        for axis in range(3):
-            self._offsets.append(self._word(reg.GYRO_OFFSET + 2 * axis) / 32.8 * self._lsb[1])
-
-    def _word(self, address):
-        return int.from_bytes(self.registers[address : address + 2], "big", signed=True)
 
     # samples
 
@@ -264,10 +233,10 @@ class Part:
         on_output = self._output if self._fifo_on or self._eager else None
         on_accel = self._watch if self._watches else None
         if self._sampler.run(t_ns, on_output, on_accel) and not self._held():
-            self._publish(self.registers)
+            self._outputs.put(self._sampler.output, self.registers)
 
     def _held(self):
-        return self.frozen
+        return self._frozen
 
     def _watch(self, t_ns):
         if self._engine.step(self._accel.value):
@@ -276,49 +245,15 @@ class Part:
     def _output(self, t_ns):
         """An output sample that somebody inside the chip sees: FIFO and interrupt."""
         if self._fifo_on:
-            scratch = bytearray(128) if not self.frozen else self.registers[:]
-            if not self.frozen:
-                self._publish(scratch)
+            scratch = bytearray(128) if not self._frozen else self.registers[:]
+            if not self._frozen:
+                self._outputs.put(self._sampler.output, scratch)
             stops = self.profile.fifo_can_stop and self.registers[reg.CONFIG] & _FIFO_STOPS
-            if self.fifo.push(self._packet(scratch), stops):
+            if self.fifo.push(packet(scratch, self.registers[reg.FIFO_EN]), stops):
                 self._trigger(reg.FIFO_OFLOW, t_ns)
         if self._eager:
             self._trigger(reg.DATA_RDY, t_ns)
 
-    def _packet(self, source):
-        """The enabled output registers, in register order."""
-        enabled = self.registers[reg.FIFO_EN]
-        packet = b""
-        if enabled & 0x08:
-            packet += source[reg.ACCEL_XOUT_H : reg.ACCEL_XOUT_H + 6]
-        if enabled & 0x80:
-            packet += source[reg.TEMP_OUT_H : reg.TEMP_OUT_H + 2]
-        for axis in range(3):
-            if enabled & 0x40 >> axis:
-                address = reg.GYRO_XOUT_H + 2 * axis
-                packet += source[address : address + 2]
-        return packet
 
-    def _publish(self, registers):
-        """Convert the last output sample to counts; axes in standby keep their old value."""
-        accel, gyro, temp_c = self._sampler.output
-        standby = self.registers[reg.PWR_MGMT_2] & 0x3F
-        offsets = self._offsets
-        for axis in range(3):
-            if not standby & 0x20 >> axis:
-                address = reg.ACCEL_XOUT_H + 2 * axis
-                _put(registers, address, accel[axis] * self._lsb[0] + offsets[axis])
-            if not standby & 0x04 >> axis:
-                address = reg.GYRO_XOUT_H + 2 * axis
-                _put(registers, address, gyro[axis] * self._lsb[1] + offsets[axis + 3])
-        if not self.registers[reg.PWR_MGMT_1] & _TEMP_DIS:
-            raw = (temp_c - self.profile.temp_zero_c) * self.profile.temp_lsb_per_c
-            _put(registers, reg.TEMP_OUT_H, raw)
-
-
-def _put(registers, address, value):
-    count = round(value)
-    if not -32768 <= count <= 32767:
-        count = -32768 if count < 0 else 32767
-    registers[address] = count >> 8 & 0xFF
-    registers[address + 1] = count & 0xFF
+def _sum(a, b):
+    return tuple(u + v for u, v in zip(a, b))

@@ -71,8 +71,8 @@ def _group_delay(alpha, frequency):
 class Triad:
     """Three axes of one sensor: measured = matrix true + bias + noise, clipped, filtered.
 
-    `bias` and `slope` (per degC from 25) are in the sensor's unit, `density` (set later) is its unit per
-    square root of a hertz, `matrix` three rows or None for a perfect one.
+    `bias` and `slope` (per degC from 25) are in the sensor's unit, `matrix` is three rows or None
+    for a perfect one; `density`, set later, is the unit per square root of a hertz.
     """
 
     def __init__(self, bias, slope, matrix, generator):
