@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: MIT
+"""Integer twins of the filters: raw counts in, millidegrees out, nothing allocated.
+
+A name is loaded from its own file when it is first asked for, as in `attitude`.
+"""
+
+_HOME = {
+    "Attitude": "attitude",
+    "KalmanTilt2": "kalman_tilt2",
+}
+
+
+def __getattr__(name):
+    home = _HOME.get(name)
+    if home is None:
+        raise AttributeError("attitude.fixed has no %s" % name)
+    value = getattr(__import__("attitude.fixed." + home, None, None, (name,)), name)
+    globals()[name] = value
+    return value

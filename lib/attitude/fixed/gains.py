@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+"""The gains of a two-state Kalman filter as a table, since they do not depend on the data."""
+
+_RATIO = 1.35  # of the lengths of two neighbouring rows
+_SETTLED = 1e-4  # change of the gain over the last tenth of its life at which the table ends
+
+
+def gain_rows(rate_hz, q_angle, q_bias, r_measure):
+    """([first k0, first k1, rows...], shift0, shift1): straight lines between exact gains.
+
+    A row is (samples, change of k0, change of k1 per sample); a row of 0 samples ends the
+    table. k0 (angle per angle) is times 2^(30 + shift0), k1 (bias in 1/64 angle unit per
+    sample, per angle unit) times 2^(30 + shift1); both stay below 2^30.
+    """
+    knots = _knots(1.0 / rate_hz, q_angle, q_bias, r_measure)
+    shift0, scale0 = _scaling([k[1] for k in knots])
+    shift1, scale1 = _scaling([k[2] * 64.0 / rate_hz for k in knots])
+    scale1 *= 64.0 / rate_hz
+    table = [int(knots[0][1] * scale0), int(knots[0][2] * scale1)]
+    k0, k1 = table
+    for i in range(1, len(knots)):
+        n = knots[i][0] - knots[i - 1][0]
+        d0 = int((knots[i][1] * scale0 - k0) / n)
+        d1 = int((knots[i][2] * scale1 - k1) / n)
+        table += [n, d0, d1]
+        k0 += n * d0
+        k1 += n * d1
+    return table + [0, 0, 0], shift0, shift1
+
+
+def _scaling(values):
+    largest = max([abs(v) for v in values])
+    if largest >= 1.0:
+        raise ValueError("q_angle or q_bias too large for this rate and r_measure")
+    shift = 0
+    while shift < 14 and largest * (2 << shift) < 1.0:
+        shift += 1
+    return shift, 1073741000.0 * (1 << shift)
+
+
+def _knots(dt_s, q_angle, q_bias, r_measure):
+    """(sample, k0, k1) from the recursion of paper 000, eqs. 18-27, starting with P = 0."""
+    p00 = p01 = p11 = 0.0
+    knots = []
+    n = due = 0
+    while True:
+        p00 += dt_s * (dt_s * p11 - p01 - p01 + q_angle)
+        p01 -= dt_s * p11
+        p11 += dt_s * q_bias
+        s = p00 + r_measure
+        k0 = p00 / s
+        k1 = p01 / s
+        p11 -= k1 * p01
+        p01 -= k0 * p01
+        p00 -= k0 * p00
+        if n == due:
+            knots.append((n, k0, k1))
+            if n * dt_s > 30.0 or (
+                len(knots) > 8 and abs(k1 - knots[-2][2]) <= _SETTLED * abs(k1)
+            ):
+                return knots
+            due = int(n * _RATIO) + 2
+        n += 1
