@@ -23,6 +23,8 @@ _HOME = {
 
 
 def __getattr__(name):
+    if name == "fixed":  # MicroPython looks for a submodule only where there is no __getattr__
+        return __import__("attitude.fixed", None, None, (name,))
     home = _HOME.get(name)
     if home is None:
         raise AttributeError("attitude has no %s" % name)
