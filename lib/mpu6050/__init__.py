@@ -122,6 +122,11 @@ class MPU6050(Registers):
             # on the instance, so that no Python method stands in between: 12 us a call
             self.read, self.start, self.collect = split.read, split.start, split.collect
 
+    @property
+    def split(self):
+        """Whether start() runs the burst in the background, so that collecting it costs less."""
+        return self._split is not None
+
     # ---- samples
 
     def read(self):

@@ -57,9 +57,13 @@ class Registers:
         self._apply(self._table[row], self._table[row + 1], self._table[row + 2])
         return self._next == 0
 
+    def rewind(self):
+        """Let the next check() or repair() begin with the first row, the one that wakes."""
+        self._next = 0
+
     def apply_all(self):
         """Write and verify every row, the first one first. OSError names the first bad row."""
-        self._next = 0
+        self.rewind()
         while not self.repair():
             pass
 
