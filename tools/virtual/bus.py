@@ -121,7 +121,7 @@ class Bus:
         ack = False
         if device is not None:
             ack = device.start(read)
-        for fault in self._running:
+        for fault in self._concerned():
             ack = self._guard(fault.on_start, device, read, ack)
         if self._selected is not None and self._selected is not device:
             self._selected.stop()
@@ -134,17 +134,19 @@ class Bus:
 
     def write(self, value):
         """Send one byte (0..255, else ValueError); True when the device acknowledges."""
-        if not isinstance(value, int) or not 0 <= value <= 255:
+        if value.__class__ is not int or not 0 <= value <= 255:
             raise ValueError(f"{value!r} is not a byte (0..255)")
-        self._check_scl()
-        if not self.sda and value:  # a one is sent and a zero is seen
-            self._fail("arbitration")
-            raise ArbitrationLost
+        if self._running:
+            self._check_scl()
+            if not self.sda and value:  # a one is sent and a zero is seen
+                self._fail("arbitration")
+                raise ArbitrationLost
         if self._selected is None:
             return False
         ack = self._selected.write(value)
-        for fault in self._running:
-            ack = self._guard(fault.on_write, value, ack)
+        if self._running:
+            for fault in self._concerned():
+                ack = self._guard(fault.on_write, value, ack)
         self._open[2].append(value)
         if not ack:
             self._open[4] = "data_nack"
@@ -152,12 +154,14 @@ class Bus:
 
     def read(self, last):
         """Receive one byte; `last` is the master's NACK. 0xFF when nobody drives the line."""
-        self._check_scl()
+        if self._running:
+            self._check_scl()
         value = self._selected.read() if self._selected is not None else 0xFF
-        for fault in self._running:
-            value = self._guard(fault.on_read, value, last)
-        if not self.sda:
-            value = 0
+        if self._running:
+            for fault in self._concerned():
+                value = self._guard(fault.on_read, value, last)
+            if not self.sda:
+                value = 0
         if self._open is not None:
             self._open[3].append(value)
         return value
@@ -185,16 +189,24 @@ class Bus:
             self._fail(stuck.line + "_stuck")
             raise
 
+    def _concerned(self):
+        address = self._open[1]
+        return [fault for fault in self._running if fault.address in (None, address)]
+
     def _check_lines(self):
         self._check_scl()
-        if not self.sda:
-            self._fail("sda_stuck")
-            raise BusStuck("sda")
+        for fault in self._running:
+            if fault.holds_sda:
+                fault.hits += 1
+                self._fail("sda_stuck")
+                raise BusStuck("sda")
 
     def _check_scl(self):
-        if not self.scl:
-            self._fail("scl_stuck")
-            raise BusStuck("scl")
+        for fault in self._running:
+            if fault.holds_scl:
+                fault.hits += 1
+                self._fail("scl_stuck")
+                raise BusStuck("scl")
 
     def _fail(self, outcome):
         if self._open is not None:

@@ -15,7 +15,7 @@ RESET_NS = 50_000_000
 _DEVICE_RESET = 0x80
 _FIFO_ENABLED, _FIFO_RESET, _SIGNALS_RESET = 0x40, 0x04, 0x01
 _SELF_CLEARING = 0x07  # of USER_CTRL
-_OUTPUTS = range(reg.ACCEL_XOUT_H, reg.GYRO_ZOUT_L + 1)
+_FIRST_OUTPUT, _LAST_OUTPUT = reg.ACCEL_XOUT_H, reg.GYRO_ZOUT_L
 
 
 class MPU6050Chip(Part):
@@ -69,7 +69,7 @@ class MPU6050Chip(Part):
     def read(self):
         """A byte to the master, from the register pointed at."""
         address = self._pointer
-        if address in _OUTPUTS:
+        if _FIRST_OUTPUT <= address <= _LAST_OUTPUT:
             if not self._latched:
                 self._latch()
             value = self.registers[address]
@@ -82,7 +82,11 @@ class MPU6050Chip(Part):
             if address == reg.PWR_MGMT_1:
                 self._finish_reset()
             value = self.registers[address]
-        if self.registers[reg.INT_PIN_CFG] & CLEAR_ON_ANY_READ and address != reg.INT_STATUS:
+        if (
+            self._pin.status
+            and self.registers[reg.INT_PIN_CFG] & CLEAR_ON_ANY_READ
+            and address != reg.INT_STATUS
+        ):
             self._pin.take()
         self._step_pointer()
         return value
@@ -159,4 +163,4 @@ class MPU6050Chip(Part):
         if value & _SIGNALS_RESET:
             self._gyro.restart()
             self._accel.restart()
-            self.registers[_OUTPUTS.start : _OUTPUTS.stop] = bytes(len(_OUTPUTS))
+            self.registers[_FIRST_OUTPUT : _LAST_OUTPUT + 1] = bytes(14)

@@ -23,10 +23,10 @@ from tools.virtual.chip_faults import (
 from tools.virtual.fault import Fault
 
 __all__ = [
+    "FAULTS",
     "BitFlip",
     "BrownOut",
     "ClockOff",
-    "FAULTS",
     "Fault",
     "FifoMisaligned",
     "FifoOverflow",

@@ -62,6 +62,7 @@ class Part:
         self._wake_ns = _NEVER
         self._eager = False  # somebody inside the chip has to see every sample at its time
         self._announced = 0
+        self._fresh = False  # there is a sample that the output registers do not show yet
         self._set_profile()
         self._clear_registers()
 
@@ -197,6 +198,7 @@ class Part:
         registers[reg.WHO_AM_I] = self.profile.who_am_i
         self.trim.load(registers)
         self.fifo.clear()
+        self._fresh = False
         self._sampler.switch(False, self.now_ns)
         self._accel.zero()
         self._gyro.zero()
@@ -232,7 +234,10 @@ class Part:
         """Compute the samples up to `t_ns` and put the last one into the output registers."""
         on_output = self._output if self._fifo_on or self._eager else None
         on_accel = self._watch if self._watches else None
-        if self._sampler.run(t_ns, on_output, on_accel) and not self._held():
+        if self._sampler.run(t_ns, on_output, on_accel):
+            self._fresh = True
+        if self._fresh and not self._held():
+            self._fresh = False
             self._outputs.put(self._sampler.output, self.registers)
 
     def _held(self):
