@@ -3,6 +3,8 @@
 
 import errno
 
+_TIMED_OUT = (110, 116)  # ETIMEDOUT on rp2 and on esp32
+
 
 def no_answer(device, error):
     """The OSError to raise when nothing was read: what was tried, what seen, what to check."""
@@ -12,7 +14,7 @@ def no_answer(device, error):
         address,
         errno.errorcode.get(code, code),
     )
-    if code == errno.ETIMEDOUT:
+    if code in _TIMED_OUT:
         text += "The bus is stuck, SDA or SCL is held low: check for a short and for missing "
         text += "pull-ups (4.7 kOhm to 3.3 V); power the sensor off and on."
         return OSError(code, text)

@@ -133,11 +133,14 @@ class Split:
         self.start()
         bus = ptr32(shared[_BLOCK])
         timer = ptr32(shared[_TIMER])
-        end = shared[_LIMIT_US]
-        while bus[_IC_RXFLR] != 14:
-            if timer[0] - shared[_STARTED_US] > end or bus[_IC_STATUS] & 0x20 == 0:
-                break
-        self.collect()
+        limit = shared[_LIMIT_US]
+        arrived = False
+        while not arrived:
+            # a bus no longer active has delivered, or lost the burst: collect() tells
+            while bus[_IC_RXFLR] != 14 and bus[_IC_STATUS] & 0x20:
+                if timer[0] - shared[_STARTED_US] > limit:
+                    break
+            arrived = bool(self.collect())
         own[_LEFT] = left
 
     def finish(self):
