@@ -21,22 +21,26 @@ class Loop:
     grid: True for a source with a grid of its own (a timer), False for the sensor's edges.
     ahead, lead_us: with a timer, called this long before each step; for starting a transfer that
         the step collects. Its exceptions are counted like those of the step.
+    guard: for edges, a second source, a timer: it ticks in their place when they stay away.
     """
 
-    def __init__(self, step, source, rate_hz=250, grid=True, ahead=None, lead_us=0):
+    def __init__(self, step, source, rate_hz=250, grid=True, ahead=None, lead_us=0, guard=None):
         if not 80 <= rate_hz <= 1000:
             raise ValueError("rate_hz %s: 80 to 1000" % rate_hz)
         self.period_us = round(1000000 / rate_hz)
         self.errors = 0
         self.error = None
+        self.edges_missing = 0
         self._grid = grid
         self._step = step
         self._source = source
         self._ahead = ahead
         self._lead_us = lead_us
+        self._guard = guard
         # bound methods are heap blocks: made once, here
         self._on_tick = self._tick
         self._on_lead = self._lead
+        self._on_guard = self._watch_edges
         self._ticks_us = time.ticks_us
         self._ticks_diff = time.ticks_diff
         self._sources = []
@@ -54,11 +58,14 @@ class Loop:
         self.stop()
         self.errors = 0
         self.error = None
+        self.edges_missing = 0
         self._timing.start(self.period_us, self._grid, self._ticks_us())
         if self._ahead is not None:
             self._sources.append(self._source(self.period_us, self._on_lead))
             time.sleep_us(self._lead_us)
         self._sources.append(self._source(self.period_us, self._on_tick))
+        if self._guard is not None:
+            self._sources.append(self._guard(2 * self.period_us, self._on_guard))
 
     def stop(self):
         """End ticking; a call still queued does nothing."""
@@ -80,6 +87,7 @@ class Loop:
         """Timing so far as a dict: counts, and microseconds in the entries that say so."""
         out = self._timing.stats()
         out["errors"] = self.errors
+        out["edges_missing"] = self.edges_missing
         return out
 
     def mean_period_us(self):
@@ -93,6 +101,12 @@ class Loop:
             except Exception as error:
                 self.errors += 1
                 self.error = error
+
+    def _watch_edges(self, source):
+        quiet_us = self._ticks_diff(self._ticks_us(), self._timing.last_us())
+        if quiet_us > 2 * self.period_us:
+            self.edges_missing += 1
+            self._tick(source)
 
     def _tick(self, _source):
         now = self._ticks_us()

@@ -142,6 +142,10 @@ class Timing:
         """From now on account() skips every call."""
         self.words[_RUNNING] = 0
 
+    def last_us(self):
+        """Instant of the last accepted tick, of ticks_us."""
+        return self.words[_LAST]
+
     def took(self, us):
         """Note the duration of the step, microseconds; longer than a period is an overrun."""
         words = self.words

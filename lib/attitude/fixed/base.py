@@ -37,6 +37,8 @@ class Fixed:
     _shift_at (the gyro's shift), _state_at to _state_end (what samples change).
     """
 
+    yaw_mdeg = 0  # of filters that know roll and pitch only
+
     def __init__(self, rate_hz, gyro_dps, accel_g, size):
         if not 10 <= rate_hz <= 2000:
             raise ValueError("rate_hz %s: must be 10 to 2000" % rate_hz)

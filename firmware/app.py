@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""The application: sensor -> filter with calibration -> outputs and telemetry, at a fixed rate.
+
+app = App()
+app.start()         # in the background; the REPL stays alive
+app.roll_deg        # also pitch_deg, yaw_deg, stale; app.filter.roll_mdeg ...
+app.set("kalman_r_measure", 0.1)        # at once, while it runs
+app.stats()
+app.stop()
+"""
+
+import time
+
+from micropython import const
+
+from firmware import filters
+from firmware.board import find
+from firmware.config import Config
+from firmware.console import Console
+from firmware.filters import FromCounts
+from firmware.health import Health
+from firmware.loop import Loop
+from firmware.outputs import Outputs
+from firmware.sensing import Sensing
+from firmware.startup import calibration, sensor
+from firmware.telemetry import Telemetry
+
+_LEAD_US = const(450)  # a burst takes 400 us on the bus
+_CORRECT_EVERY = const(256)  # ticks between two looks at the mean period
+_MISSED_MAX = const(8)  # lost periods made up for; after more the accelerometer has to
+
+# Knobs of the sensor and the loop: both are made anew when one changes.
+_SET_UP = ("rate_hz", "drive", "burst", "address", "gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
+
+
+class App:
+    """One sensor, one filter, one loop.
+
+    Attributes: config, board, imu, calibration, filter, health, outputs, telemetry, loop,
+    warnings (texts), fresh (whether the last tick had a new good burst).
+    """
+
+    def __init__(self, board=None, console=None):
+        self.board = board or find()
+        self.config = Config()
+        self.warnings = self.config.load()
+        self.telemetry = Telemetry(console or Console())
+        self.outputs = Outputs()
+        self.health = Health()
+        self.fresh = False
+        self.imu = self.filter = self.loop = self.calibration = None
+
+    # ---- the block diagram
+
+    def step(self, dt_us):
+        """One tick, dt_us after the last: sensor, filter with calibration, outputs, telemetry."""
+        self.fresh = self.sensing.fetch(dt_us)
+        stale = self.health.stale
+        if not stale:
+            self._estimate(dt_us)
+        self.outputs.write(self, stale)
+        filter = self.filter
+        self.telemetry.tick(filter.roll_mdeg, filter.pitch_mdeg, filter.yaw_mdeg, stale)
+
+    def _estimate(self, dt_us):
+        """Let the filter take the burst; one kept from before predicts with its rate."""
+        filter = self.filter
+        counts = self.imu.counts
+        if isinstance(filter, FromCounts):
+            filter.update(counts, dt_us)
+            return
+        filter.update(counts)
+        period_us = self._period_us
+        late_us = dt_us - period_us - (period_us >> 1)
+        missed = 0
+        while late_us >= 0 and missed < _MISSED_MAX:  # lost periods turned at about this rate
+            filter.update(counts)
+            late_us -= period_us
+            missed += 1
+        self._until_correction -= 1
+        if not self._until_correction:
+            self._until_correction = _CORRECT_EVERY
+            mean = self.loop.mean_period_us()
+            if mean and abs(mean - period_us) > 1:
+                self._period_us = filter.period_us = mean
+
+    # ---- at the REPL
+
+    def start(self):
+        """Set all up and run in the background. OSError, with what to check, without a sensor."""
+        self.stop()
+        if self.imu is None:
+            self.imu = sensor(self.board, self.config)
+        self.calibration, warnings = calibration(self.imu, self.config)
+        for text in self.warnings + warnings:
+            print("warning:", text)
+        self._wire()
+        self.loop.start()
+
+    def stop(self):
+        """End the loop; outputs go to their safe values. start() begins again."""
+        if self.loop:
+            self.loop.stop()
+            self.outputs.safe()
+
+    def set(self, name, value):
+        """Change a knob; it takes effect at once. ValueError names what is allowed."""
+        config = self.config
+        config.set(name, value)
+        if name == "telemetry_hz":
+            self.telemetry.set_rate(value, config.rate_hz)
+        elif name == "failsafe_ms":
+            self.health.stale_us = value * 1000
+        elif name in _SET_UP:
+            running = self.loop is not None and self.loop.running
+            self.stop()
+            self.imu = None
+            if running:
+                self.start()
+        elif self.loop and (name == "filter" or name in filters.SETTINGS[config.filter]):
+            self.filter = self._made(self.filter if name != "filter" else None)
+
+    def stats(self):
+        """Timing (firmware.loop), faults by cause (firmware.health) and telemetry, as a dict."""
+        out = self.loop.stats() if self.loop else {}
+        out.update(self.health.stats())
+        out["output_errors"] = self.outputs.failed
+        out["telemetry_lines"] = self.telemetry.lines
+        out["telemetry_dropped"] = self.telemetry.dropped
+        return out
+
+    def watch(self, seconds=None):
+        """Print the angles until a key is pressed (or for some seconds); the loop runs on.
+
+        The REPL and a line every 20 ms do not go together: a program on the PC that talks to
+        the REPL would take the lines for its answers. So they come while this waits.
+        """
+        telemetry = self.telemetry
+        telemetry.begin()
+        began = time.ticks_ms()
+        try:
+            while not telemetry.console.key():
+                time.sleep_ms(10)
+                passed = time.ticks_diff(time.ticks_ms(), began)
+                if seconds is not None and passed >= seconds * 1000:
+                    break
+        except KeyboardInterrupt:
+            pass
+        finally:
+            telemetry.end()
+
+    def samples(self):
+        """`async for app in app.samples()`: wakes after each step."""
+        return self.loop.samples(self)
+
+    @property
+    def roll_deg(self):
+        """Rotation about the sensor's x axis, degrees."""
+        return self.filter.roll_mdeg / 1000
+
+    @property
+    def pitch_deg(self):
+        """Rotation about the sensor's y axis, degrees."""
+        return self.filter.pitch_mdeg / 1000
+
+    @property
+    def yaw_deg(self):
+        """Rotation about the vertical since the start, degrees; 0 with one-axis filters."""
+        return self.filter.yaw_mdeg / 1000
+
+    @property
+    def stale(self):
+        """True when the last good sample is older than failsafe_ms."""
+        return self.health.stale
+
+    # ---- set-up
+
+    def _wire(self):
+        config, board = self.config, self.board
+        timed = config.drive == "timer"
+        split = timed and config.burst != "blocking" and self.imu.split
+        # a sensor slower than the loop gives each burst several times
+        self.health = Health(
+            config.failsafe_ms * 1000, 10 + 3 * config.rate_hz // config.sensor_hz
+        )
+        self.sensing = Sensing(self.imu, board, self.health, split)
+        self.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
+        self.loop = Loop(
+            self.step,
+            board.timer if timed else board.data_ready,
+            config.rate_hz,
+            grid=timed,
+            ahead=self.sensing.begin if split else None,
+            lead_us=_LEAD_US,
+            guard=None if timed else board.timer,
+        )
+        self._period_us = self.loop.period_us
+        self._until_correction = _CORRECT_EVERY
+        self.filter = self._made(None)
+
+    def _made(self, old):
+        """The filter of config.filter, going on where `old` is; changed between two ticks."""
+        made = filters.make(self.config, self.calibration, self.imu)
+        if not isinstance(made, FromCounts):
+            made.period_us = self._period_us
+        if old is not None:
+            filters.carry_over(old, made)
+        return made

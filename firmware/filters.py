@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""The estimators by the names of the knob `filter`: counts in, millidegrees out.
+
+All have update(...), roll_mdeg, pitch_mdeg, yaw_mdeg, state() and set_state(). The integer ones
+take update(counts) at a fixed period; the float ones are wrapped here (FromCounts) to take counts
+as well, and the measured time: update(counts, dt_us).
+"""
+
+# knob filter: {knob: the filter's own name of the setting}
+SETTINGS = {
+    "attitude": {"attitude_tau_s": "tau_s"},
+    "kalman2": {
+        "kalman_q_angle": "q_angle",
+        "kalman_q_bias": "q_bias",
+        "kalman_r_measure": "r_measure",
+    },
+    "float.attitude": {"attitude_tau_s": "tau_s"},
+    "float.kalman": {
+        "kalman_q_angle": "q_angle",
+        "kalman_q_bias": "q_bias",
+        "kalman_r_measure": "r_measure",
+    },
+    "float.complementary": {"complementary_tau_s": "tau_s"},
+}
+
+
+def make(config, calibration, imu):
+    """The filter that `config` asks for, calibrated, in its start state."""
+    name = config.filter
+    settings = {own: getattr(config, knob) for knob, own in SETTINGS[name].items()}
+    if name in ("attitude", "kalman2"):
+        from attitude import fixed
+
+        kind = fixed.Attitude if name == "attitude" else fixed.KalmanTilt2
+        made = kind(
+            rate_hz=config.rate_hz,
+            gyro_dps=imu.gyro_range_dps,
+            accel_g=imu.accel_range_g,
+            **settings,
+        )
+        made.calibrate(calibration)
+        return made
+    if name == "float.attitude":
+        from attitude import Attitude
+
+        core = Attitude(
+            config.rate_hz,
+            gyro_range_dps=imu.gyro_range_dps,
+            accel_range_g=imu.accel_range_g,
+            **settings,
+        )
+        return FloatAttitude(core, calibration, imu)
+    if name == "float.kalman":
+        from attitude import KalmanTilt as kind
+    else:
+        from attitude import Complementary as kind
+    return FloatTilt(kind(**settings), kind(**settings), calibration, imu)
+
+
+def carry_over(old, new):
+    """Let `new`, with other settings, go on from the angles and biases of `old`."""
+    new.set_state(old.state())
+
+
+class FromCounts:
+    """A float filter fed with counts. It is given the measured time with each sample."""
+
+    def __init__(self, calibration, imu):
+        self._gyro_lsb = imu.gyro_lsb_per_dps
+        self._accel_lsb = imu.accel_lsb_per_g
+        self._calibration = calibration
+        self.roll_mdeg = self.pitch_mdeg = self.yaw_mdeg = 0
+
+    def _physical(self, counts):
+        g, dps = self._accel_lsb, self._gyro_lsb
+        return self._calibration.apply(
+            (counts[0] / g, counts[1] / g, counts[2] / g),
+            (counts[4] / dps, counts[5] / dps, counts[6] / dps),
+        )
+
+
+class FloatAttitude(FromCounts):
+    """The float Attitude on counts; allocates, so the collector runs now and then."""
+
+    def __init__(self, core, calibration, imu):
+        super().__init__(calibration, imu)
+        self.core = core
+
+    def update(self, counts, dt_us):
+        """One sample, dt_us after the last."""
+        (ax, ay, az), (gx, gy, gz) = self._physical(counts)
+        core = self.core
+        core.update(gx, gy, gz, ax, ay, az, dt_us * 1e-6)
+        self.roll_mdeg = round(core.roll_deg * 1000)
+        self.pitch_mdeg = round(core.pitch_deg * 1000)
+        self.yaw_mdeg = round(core.yaw_deg * 1000)
+
+    def reset(self):
+        self.core.reset()
+
+    def state(self):
+        return self.core.state()
+
+    def set_state(self, state):
+        self.core.set_state(state)
+
+
+class FloatTilt(FromCounts):
+    """Two one-axis filters, for roll and pitch, on counts; yaw stays 0. Allocates."""
+
+    def __init__(self, roll, pitch, calibration, imu):
+        super().__init__(calibration, imu)
+        self.roll = roll
+        self.pitch = pitch
+        self._started = False
+
+    def update(self, counts, dt_us):
+        """One sample, dt_us after the last; the first one sets the angles."""
+        from attitude import accel_tilt_deg
+
+        accel, (gx, gy, _) = self._physical(counts)
+        roll, pitch = accel_tilt_deg(*accel)
+        if not self._started:
+            self._started = True
+            self.roll.reset(roll)
+            self.pitch.reset(pitch)
+        self.roll_mdeg = round(self.roll.update(roll, gx, dt_us * 1e-6) * 1000)
+        self.pitch_mdeg = round(self.pitch.update(pitch, gy, dt_us * 1e-6) * 1000)
+
+    def reset(self):
+        self._started = False
+
+    def state(self):
+        return self.roll.state(), self.pitch.state()
+
+    def set_state(self, state):
+        for core, own in ((self.roll, state[0]), (self.pitch, state[1])):
+            if isinstance(own, tuple):
+                core.reset(*own)
+            else:
+                core.reset(own)
+        self._started = True

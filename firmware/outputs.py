@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""What the estimate drives: functions called after each step, with a safe state each.
+
+They are the user's, so they are isolated: an exception is counted and shown once, the loop lives.
+"""
+
+import sys
+
+
+class Outputs:
+    """Functions of one argument, the app. `failed` counts their exceptions."""
+
+    def __init__(self):
+        self._updates = []
+        self._safes = []
+        self._is_safe = False
+        self.failed = 0
+        self.error = None
+
+    def add(self, update, safe=None):
+        """Call `update(app)` after each step; `safe()` once when the estimate has gone stale."""
+        self._updates.append(update)
+        if safe is not None:
+            self._safes.append(safe)
+
+    def clear(self):
+        """Take all functions away, their outputs safe."""
+        self.safe()
+        self._updates.clear()
+        self._safes.clear()
+
+    def write(self, app, stale):
+        """One tick; allocates nothing unless the functions do."""
+        if stale:
+            self.safe()
+            return
+        self._is_safe = False
+        for update in self._updates:
+            try:
+                update(app)
+            except Exception as error:
+                self._failed(error)
+
+    def safe(self):
+        """Put every output into its safe state, once until the next write."""
+        if self._is_safe:
+            return
+        self._is_safe = True
+        for safe in self._safes:
+            try:
+                safe()
+            except Exception as error:
+                self._failed(error)
+
+    def _failed(self, error):
+        self.failed += 1
+        if self.error is None:
+            sys.print_exception(error)
+        self.error = error

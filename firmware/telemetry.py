@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""Angles as text at a fixed rate: lines of 64 bytes that Thonny's plotter reads.
+
+A line is made in a buffer and written from the tick without allocating, only when somebody takes
+it. 64 bytes divide the 256 of the USB buffer: a reader that goes away leaves it full to the byte,
+so the look before each write is enough never to wait.
+"""
+
+import micropython
+
+HEADER = b"# roll, pitch, yaw in degrees; stale 1: no answer from the sensor, angle held\r\n"
+_LINE = b"roll_deg:    0.00 pitch_deg:    0.00 yaw_deg:    0.00 stale:0 \r\n"
+_ROLL_AT = 9
+_PITCH_AT = 28
+_YAW_AT = 45
+_STALE_AT = 60
+
+
+@micropython.viper
+def put_mdeg(line: ptr8, at: int, mdeg: int):
+    """Write millidegrees as degrees with two decimals, eight characters, right-aligned."""
+    value = mdeg if mdeg >= 0 else 0 - mdeg
+    value = (value + 5) // 10
+    minus = 1 if mdeg < 0 and value else 0
+    i = at + 7
+    while i >= at:
+        if i == at + 5:
+            line[i] = 46
+        elif i >= at + 4 or value:
+            line[i] = 48 + value % 10
+            value //= 10
+        else:
+            line[i] = 45 if minus else 32
+            minus = 0
+        i -= 1
+
+
+class Telemetry:
+    """Writes a line every few ticks, between begin() and end().
+
+    console: firmware.console.Console, or anything with ready() and write(bytes).
+    lines: how many were written; dropped: how many nobody took.
+    """
+
+    def __init__(self, console):
+        self.console = console
+        self._line = bytearray(_LINE)
+        self._every = 0
+        self._left = 0
+        self._headed = False
+        self._on = False
+        self.lines = 0
+        self.dropped = 0
+
+    def set_rate(self, telemetry_hz, rate_hz):
+        """Lines per second (0: none) for a loop of rate_hz."""
+        self._every = round(rate_hz / telemetry_hz) if telemetry_hz else 0
+        self._left = 0
+
+    def begin(self):
+        """From now on lines are written; a header that names the units comes first."""
+        self._headed = False
+        self._on = True
+
+    def end(self):
+        """No more lines."""
+        self._on = False
+
+    def tick(self, roll_mdeg, pitch_mdeg, yaw_mdeg, stale):
+        """Count a tick; write the line when it is due."""
+        if not self._every or not self._on:
+            return
+        self._left -= 1
+        if self._left > 0:
+            return
+        self._left = self._every
+        if not self.console.ready():
+            self.dropped += 1
+            return
+        if not self._headed:
+            self._headed = True
+            self.console.write(HEADER)
+            return
+        line = self._line
+        put_mdeg(line, _ROLL_AT, roll_mdeg)
+        put_mdeg(line, _PITCH_AT, pitch_mdeg)
+        put_mdeg(line, _YAW_AT, yaw_mdeg)
+        line[_STALE_AT] = 49 if stale else 48
+        self.console.write(line)
+        self.lines += 1
