@@ -58,7 +58,7 @@ def gyro_bias(imu, cal=None, seconds=2.0):
 
 
 class Poses:
-    """Resting poses for the accelerometer: the six faces, or nine and more of any kind."""
+    """Resting poses for the accelerometer: the six faces, or any others."""
 
     def __init__(self, imu):
         self._imu = imu
@@ -82,8 +82,8 @@ class Poses:
         """`cal` (or a new one) with the accelerometer's bias, matrix and residual_mg.
 
         faces: each pose lies square on a face of a box, all six have been up. Otherwise any
-        directions, well spread, at least nine (6: without cross-axis). A mounting in `cal` is
-        lost: it was measured through the old matrix. ValueError says what is missing.
+        directions, well spread, six or better twelve. A mounting in `cal` is lost: it was
+        measured through the old matrix. ValueError says what is missing.
         """
         readings = [r.accel_g for r in self._rests]
         if faces:

@@ -27,6 +27,7 @@ _IC_TX_ABRT_SOURCE = const(0x80 >> 2)
 _ACCEL_XOUT_H = const(0x3B)
 _EIO = const(5)
 _ETIMEDOUT = const(110)
+_WRAP = const(0x3FFFFFFF)  # differences of the free-running timer, as ticks_diff() has them
 
 # shared words of a block: address whose burst is under way (0: none), block, timer, start, limit
 _BUSY = const(0)
@@ -80,7 +81,7 @@ class Split:
         own[_LEFT] = 0
         shared[_BUSY] = own[_ADDRESS]
         timer = ptr32(shared[_TIMER])
-        shared[_STARTED_US] = timer[0]
+        shared[_STARTED_US] = timer[0] & _WRAP
         bus = ptr32(shared[_BLOCK])
         wait = 100  # the STOP of the transfer before may still be on the wires
         while bus[_IC_STATUS] & 0x20 and wait:
@@ -111,7 +112,9 @@ class Split:
         if bus[_IC_RXFLR] != 14:
             return bool(self._unready())
         counts = ptr8(self._counts)
-        i = 0
+        counts[1] = bus[_IC_DATA_CMD] & 0xFF  # FIRST_DATA_BYTE [11] comes with this one
+        counts[0] = bus[_IC_DATA_CMD]
+        i = 2
         while i < 14:
             counts[i + 1] = bus[_IC_DATA_CMD]
             counts[i] = bus[_IC_DATA_CMD]
@@ -138,7 +141,7 @@ class Split:
         while not arrived:
             # a bus no longer active has delivered, or lost the burst: collect() tells
             while bus[_IC_RXFLR] != 14 and bus[_IC_STATUS] & 0x20:
-                if timer[0] - shared[_STARTED_US] > limit:
+                if ((timer[0] & _WRAP) - shared[_STARTED_US]) & _WRAP > limit:
                     break
             arrived = bool(self.collect())
         own[_LEFT] = left
@@ -172,7 +175,7 @@ class Split:
             error = _EIO
         else:
             timer = ptr32(shared[_TIMER])
-            if timer[0] - shared[_STARTED_US] > shared[_LIMIT_US]:
+            if ((timer[0] & _WRAP) - shared[_STARTED_US]) & _WRAP > shared[_LIMIT_US]:
                 error = _ETIMEDOUT
                 bus[_IC_ENABLE] = 3  # abort: STOP after the byte in hand, if the wires allow
                 wait = 1000
