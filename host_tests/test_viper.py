@@ -24,7 +24,9 @@ def add(a: int, b: int) -> int:
 def test_values_pass_and_overflow_names_function_line_and_operands():
     assert product(1 << 28, 100) == (1 << 28) * 100 >> 15
     assert add(2**31 - 2, 1) == 2**31 - 1
-    with pytest.raises(OverflowError, match=r"add, line 22: a \+ b gives 2147483648 \(a=2147483647, b=1\)"):
+    with pytest.raises(
+        OverflowError, match=r"add, line 22: a \+ b gives 2147483648 \(a=2147483647, b=1\)"
+    ):
         add(2**31 - 1, 1)
 
 

@@ -4,6 +4,8 @@
 import sys
 
 from .micropython import make_module
+from .outputs import VirtualReset
+from .port import Port
 from .viper import ViperTypeError, install_types
 
 
@@ -13,4 +15,4 @@ def install_micropython():
     return sys.modules.setdefault("micropython", make_module())
 
 
-__all__ = ["ViperTypeError", "install_micropython"]
+__all__ = ["Port", "ViperTypeError", "VirtualReset", "install_micropython"]

@@ -9,12 +9,12 @@ DEPTH = 8
 class Scheduler:
     """Soft callbacks wait here; `run()` empties the queue, and callbacks never pre-empt each other."""
 
-    def __init__(self, depth=DEPTH):
+    def __init__(self, report=None, depth=DEPTH):
+        self.report = report  # takes the exception of a callback; None lets it through
         self.depth = depth
         self.queue = deque()
         self.dropped = 0
         self.running = False
-        self.locked = 0
 
     def offer(self, function, argument):
         """Queue `function(argument)`; False, and nothing else, when the queue is full."""
@@ -25,13 +25,21 @@ class Scheduler:
         return True
 
     def run(self):
-        """Run what waits, unless a callback is running already or interrupts are off."""
-        if self.running or self.locked:
+        """Run what waits, unless a callback is running already."""
+        if self.running:
             return
         self.running = True
         try:
             while self.queue:
                 function, argument = self.queue.popleft()
-                function(argument)
+                self._call(function, argument)
         finally:
             self.running = False
+
+    def _call(self, function, argument):
+        try:
+            function(argument)
+        except Exception as error:
+            if self.report is None:
+                raise
+            self.report(error)

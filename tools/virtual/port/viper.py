@@ -22,8 +22,14 @@ address_space = []  # callables (address, pointer kind) -> object with [index] o
 
 def overflow(value, title, line, text, variables):
     """Report a result that 32 bits (or a shift count that 0..31, or a store that its element) cannot hold."""
-    names = [node.id for node in ast.walk(ast.parse(text.removeprefix("store of "))) if isinstance(node, ast.Name)]
-    operands = ", ".join("%s=%s" % (n, variables[n]) for n in dict.fromkeys(names) if n in variables)
+    names = [
+        node.id
+        for node in ast.walk(ast.parse(text.removeprefix("store of ")))
+        if isinstance(node, ast.Name)
+    ]
+    operands = ", ".join(
+        "%s=%s" % (n, variables[n]) for n in dict.fromkeys(names) if n in variables
+    )
     raise OverflowError("%s, line %d: %s gives %d (%s)" % (title, line, text, value, operands))
 
 
@@ -34,7 +40,10 @@ def bad_index(index, title, line):
 def number(value, kind, title, line, text):
     """Convert an object to int or uint as the board does, except that what does not fit raises."""
     if not isinstance(value, int):
-        raise TypeError("%s, line %d: %s: can't convert %s to %s" % (title, line, text, type(value).__name__, kind))
+        raise TypeError(
+            "%s, line %d: %s: can't convert %s to %s"
+            % (title, line, text, type(value).__name__, kind)
+        )
     low, high = LIMITS[kind]
     if not low <= value <= high:
         raise OverflowError("%s, line %d: %s = %d is no %s" % (title, line, text, value, kind))
@@ -48,7 +57,9 @@ def pointer(value, kind, title):
             memory = lookup(value & 0xFFFFFFFF, kind)
             if memory is not None:
                 return memory
-        raise IndexError("%s: %s of address 0x%08X: nothing is there" % (title, kind, value & 0xFFFFFFFF))
+        raise IndexError(
+            "%s: %s of address 0x%08X: nothing is there" % (title, kind, value & 0xFFFFFFFF)
+        )
     try:
         view = memoryview(value).cast("B")
     except TypeError:
@@ -95,7 +106,9 @@ def _code_of(function, filename, outer_names):
     module = ast.fix_missing_locations(ast.Module([outer], []))
     code = compile(module, filename, "exec")
     for name in ("outer", function.name):
-        code = next(c for c in code.co_consts if isinstance(c, types.CodeType) and c.co_name == name)
+        code = next(
+            c for c in code.co_consts if isinstance(c, types.CodeType) and c.co_name == name
+        )
     return code
 
 
@@ -122,4 +135,8 @@ def install_types():
     """Give `builtins` the names that viper annotations use, so that they evaluate."""
     for name in ("ptr", "ptr8", "ptr16", "ptr32", "uint"):
         if not hasattr(builtins, name):
-            setattr(builtins, name, type(name, (), {"__doc__": "viper's %s; a type only inside viper code" % name}))
+            setattr(
+                builtins,
+                name,
+                type(name, (), {"__doc__": "viper's %s; a type only inside viper code" % name}),
+            )

@@ -23,8 +23,18 @@ from .viper_ranges import union, within
 
 _STORES = {"ptr": (-128, 255, 0xFF), "ptr8": (-128, 255, 0xFF), "ptr16": (-32768, 65535, 0xFFFF)}
 _FORBIDDEN = (
-    ast.Yield, ast.YieldFrom, ast.Await, ast.Lambda, ast.ListComp, ast.DictComp, ast.SetComp, ast.GeneratorExp,
-    ast.FunctionDef, ast.ClassDef, ast.NamedExpr, ast.Starred,
+    ast.Yield,
+    ast.YieldFrom,
+    ast.Await,
+    ast.Lambda,
+    ast.ListComp,
+    ast.DictComp,
+    ast.SetComp,
+    ast.GeneratorExp,
+    ast.FunctionDef,
+    ast.ClassDef,
+    ast.NamedExpr,
+    ast.Starred,
 )
 _PASSES = 6  # after so many the intervals still growing are taken for the whole type
 
@@ -52,7 +62,9 @@ class Function(Expressions):
     def check_form(self):
         args = self.definition.args
         if args.vararg or args.kwarg or args.kwonlyargs or args.defaults:
-            self.refuse(self.definition.args.args[0], "viper takes positional arguments without defaults")
+            self.refuse(
+                self.definition.args.args[0], "viper takes positional arguments without defaults"
+            )
         for statement in self.definition.body:
             for node in ast.walk(statement):
                 if isinstance(node, _FORBIDDEN):
@@ -104,7 +116,9 @@ class Function(Expressions):
         limits = self.ranges[argument.arg] = LIMITS[kind]
         line, text = argument.lineno, "argument " + argument.arg
         failure = call("_viper_number", value, kind, self.title, line, text)
-        is_int = ast.Compare(ast.Attribute(value, "__class__", ast.Load()), [ast.Is()], [name("int")])
+        is_int = ast.Compare(
+            ast.Attribute(value, "__class__", ast.Load()), [ast.Is()], [name("int")]
+        )
         low, high = (ast.Constant(limit) for limit in limits)
         fits = ast.Compare(low, [ast.LtE(), ast.LtE()], [value, high])
         bad = ast.UnaryOp(ast.Not(), ast.BoolOp(ast.And(), [is_int, fits]))
@@ -153,7 +167,11 @@ class Function(Expressions):
 
     def unpack(self, target, source):
         """`a, b = c, d` and its form with three keep native types; every other one goes through objects."""
-        pairs = isinstance(source, ast.Tuple) and len(source.elts) == len(target.elts) and len(target.elts) in (2, 3)
+        pairs = (
+            isinstance(source, ast.Tuple)
+            and len(source.elts) == len(target.elts)
+            and len(target.elts) in (2, 3)
+        )
         if not pairs:
             value = self.expr(source)
             if value.kind != OBJECT:
@@ -164,18 +182,24 @@ class Function(Expressions):
         else:
             values = [self.expr(element) for element in source.elts]
             names = [ast.Name("_viper_v%d" % i, ast.Store()) for i in range(len(values))]
-            assign = ast.Assign([ast.Tuple(names, ast.Store())], ast.Tuple([v.node for v in values], ast.Load()))
+            assign = ast.Assign(
+                [ast.Tuple(names, ast.Store())], ast.Tuple([v.node for v in values], ast.Load())
+            )
             values = [Value(name(n.id), v.kind, v.range) for n, v in zip(names, values)]
         return [assign] + [self.store(t, v, source) for t, v in zip(target.elts, values)]
 
     def do_AugAssign(self, statement):
         target = statement.target
         before = []
-        if isinstance(target, ast.Subscript) and not isinstance(target.slice, (ast.Constant, ast.Name)):
+        if isinstance(target, ast.Subscript) and not isinstance(
+            target.slice, (ast.Constant, ast.Name)
+        ):
             index = self.expr(target.slice)
             before = [self.store(ast.Name("_viper_i", ast.Store()), index, statement)]
             self.local_names.add("_viper_i")
-            target = ast.Subscript(target.value, ast.copy_location(name("_viper_i"), target), ast.Store())
+            target = ast.Subscript(
+                target.value, ast.copy_location(name("_viper_i"), target), ast.Store()
+            )
         load = ast.copy_location(type(target)(**{**vars(target), "ctx": ast.Load()}), statement)
         operation = ast.copy_location(ast.BinOp(load, statement.op, statement.value), statement)
         return [*before, self.store(target, self.expr(operation), statement)]
@@ -187,7 +211,9 @@ class Function(Expressions):
         if isinstance(target, ast.Attribute):
             base = self.expr(target.value)
             if base.kind != OBJECT or value.kind in POINTERS:
-                self.refuse(source, "can't store '%s' in an attribute of '%s'" % (value.kind, base.kind))
+                self.refuse(
+                    source, "can't store '%s' in an attribute of '%s'" % (value.kind, base.kind)
+                )
             return ast.Assign([ast.Attribute(base.node, target.attr, ast.Store())], value.node)
         if isinstance(target, ast.Subscript):
             return self.store_element(target, value, source)
@@ -197,7 +223,11 @@ class Function(Expressions):
         if identifier in self.local_names or identifier.startswith("_viper_"):
             known = self.locals.setdefault(identifier, value.kind)
             if known != value.kind and not identifier.startswith("_viper_"):
-                text = "local '%s' has type '%s' but source is '%s'" % (identifier, known, value.kind)
+                text = "local '%s' has type '%s' but source is '%s'" % (
+                    identifier,
+                    known,
+                    value.kind,
+                )
                 self.refuse(source, text)
             self.locals[identifier] = value.kind
             self.grow(identifier, value)
@@ -232,7 +262,14 @@ class Function(Expressions):
         node = value.node
         if not within(value.range, (low, high)):
             text = "store of %s" % ast.unparse(source)
-            failure = call("_viper_overflow", name("_viper_t"), self.title, source.lineno, text, call("locals"))
+            failure = call(
+                "_viper_overflow",
+                name("_viper_t"),
+                self.title,
+                source.lineno,
+                text,
+                call("locals"),
+            )
             node = guarded(node, (low, high), value.range, failure)
         if value.range is None or value.range[0] < 0:
             node = ast.BinOp(node, ast.BitAnd(), ast.Constant(mask))
@@ -263,13 +300,19 @@ class Function(Expressions):
         return [ast.For(target, iterator, body, self.block(orelse) if orelse else [])]
 
     def range_call(self, node):
-        is_range = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+        is_range = (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Name)
+            and node.func.id == "range"
+        )
         if not is_range or "range" in self.local_names or node.keywords:
             return None, None
         if len(node.args) == 3 and fold(node.args[2], self.constants) in (None, 0):
             self.refuse(node, "the step of a range must be a constant")
         values = [self.expr(argument) for argument in node.args]
-        return values, ast.copy_location(ast.Call(name("range"), [v.node for v in values], []), node)
+        return values, ast.copy_location(
+            ast.Call(name("range"), [v.node for v in values], []), node
+        )
 
     def range_item(self, statement, values):
         zero, one = Value(None, INT, (0, 0)), Value(None, INT, (1, 1))
@@ -290,7 +333,9 @@ class Function(Expressions):
         if value.kind == NONE:
             return [ast.Return(ast.Constant(self.default_return()))]
         if value.kind != self.returns or value.kind in POINTERS:
-            self.refuse(statement, "return expected '%s' but got '%s'" % (self.returns, value.kind))
+            self.refuse(
+                statement, "return expected '%s' but got '%s'" % (self.returns, value.kind)
+            )
         return [ast.Return(value.node)]
 
     def do_Raise(self, statement):
@@ -314,5 +359,3 @@ class Function(Expressions):
         orelse = self.block(statement.orelse) if statement.orelse else []
         final = self.block(statement.finalbody) if statement.finalbody else []
         return [ast.Try(body, handlers, orelse, final)]
-
-

@@ -38,7 +38,9 @@ def name(identifier):
 
 
 def call(function, *args):
-    return ast.Call(name(function), [a if isinstance(a, ast.AST) else ast.Constant(a) for a in args], [])
+    return ast.Call(
+        name(function), [a if isinstance(a, ast.AST) else ast.Constant(a) for a in args], []
+    )
 
 
 def guarded(node, limits, known, failure):
@@ -58,7 +60,9 @@ class Expressions:
     """Translates expressions; `locals` maps names to types, `ranges` to intervals, `constants` as in viper_consts."""
 
     def refuse(self, node, text):
-        raise ViperTypeError("%s, line %d: %s: %s" % (self.title, node.lineno, text, ast.unparse(node)))
+        raise ViperTypeError(
+            "%s, line %d: %s: %s" % (self.title, node.lineno, text, ast.unparse(node))
+        )
 
     def expr(self, node):
         """Translate one expression to a Value."""
@@ -142,14 +146,20 @@ class Expressions:
             number = bits if kind == UINT else (bits ^ 2**31) - 2**31
             return Value(ast.Constant(number), kind, (number, number))
         text = ast.unparse(node)
-        return Value(call("_viper_number", value.node, kind, self.title, node.lineno, text), kind, LIMITS[kind])
+        return Value(
+            call("_viper_number", value.node, kind, self.title, node.lineno, text),
+            kind,
+            LIMITS[kind],
+        )
 
     def reinterpret(self, value, kind):
         """The same 32 bits as the other number type."""
         if within(value.range, LIMITS[kind]):
             return Value(value.node, kind, value.range)
         if kind == UINT:
-            return Value(ast.BinOp(value.node, ast.BitAnd(), ast.Constant(0xFFFFFFFF)), UINT, UINT_RANGE)
+            return Value(
+                ast.BinOp(value.node, ast.BitAnd(), ast.Constant(0xFFFFFFFF)), UINT, UINT_RANGE
+            )
         top = ast.Constant(2**31)
         flipped = ast.BinOp(value.node, ast.BitXor(), top)
         return Value(ast.BinOp(flipped, ast.Sub(), top), INT, INT_RANGE)
@@ -184,8 +194,14 @@ class Expressions:
     def shift_count(self, node, count):
         if within(count.range, (0, 31)):
             return count
-        failure = call("_viper_overflow", name(TEMP), self.title, node.lineno, self.text(node), call("locals"))
-        return Value(guarded(count.node, (0, 31), count.range, failure), count.kind, clip(count.range, (0, 31)))
+        failure = call(
+            "_viper_overflow", name(TEMP), self.title, node.lineno, self.text(node), call("locals")
+        )
+        return Value(
+            guarded(count.node, (0, 31), count.range, failure),
+            count.kind,
+            clip(count.range, (0, 31)),
+        )
 
     def text(self, node):
         if isinstance(node, ast.AugAssign):
@@ -196,7 +212,14 @@ class Expressions:
         """`result` with the check that its type's 32 bits hold it, when its interval does not prove that."""
         limits = LIMITS[kind]
         if not within(exact, limits):
-            failure = call("_viper_overflow", name(TEMP), self.title, source.lineno, self.text(source), call("locals"))
+            failure = call(
+                "_viper_overflow",
+                name(TEMP),
+                self.title,
+                source.lineno,
+                self.text(source),
+                call("locals"),
+            )
             result = guarded(result, limits, exact, failure)
         return Value(result, kind, clip(exact, limits))
 
@@ -215,7 +238,9 @@ class Expressions:
             exact = value.range and (-high, -low)
             return self.checked(ast.UnaryOp(node.op, value.node), value.kind, exact, node)
         if value.kind == UINT:
-            return Value(ast.BinOp(value.node, ast.BitXor(), ast.Constant(0xFFFFFFFF)), UINT, UINT_RANGE)
+            return Value(
+                ast.BinOp(value.node, ast.BitXor(), ast.Constant(0xFFFFFFFF)), UINT, UINT_RANGE
+            )
         return Value(ast.UnaryOp(node.op, value.node), INT, value.range and (~high, ~low))
 
     def expr_Compare(self, node):
@@ -223,12 +248,18 @@ class Expressions:
         kinds = {value.kind for value in values}
         if len(kinds) > 1:
             both = kinds == {INT, UINT}
-            what = "comparison of int and uint" if both else "can't compare %s" % " and ".join(sorted(kinds))
+            what = (
+                "comparison of int and uint"
+                if both
+                else "can't compare %s" % " and ".join(sorted(kinds))
+            )
             self.refuse(node, what)
         kind = kinds.pop()
         if kind not in (INT, UINT, OBJECT):
             self.refuse(node, "can't compare '%s'" % kind)
-        if kind != OBJECT and any(isinstance(op, (ast.Is, ast.IsNot, ast.In, ast.NotIn)) for op in node.ops):
+        if kind != OBJECT and any(
+            isinstance(op, (ast.Is, ast.IsNot, ast.In, ast.NotIn)) for op in node.ops
+        ):
             self.refuse(node, "binary op not implemented")
         compare = ast.Compare(values[0].node, node.ops, [value.node for value in values[1:]])
         return Value(compare, OBJECT if kind == OBJECT else BOOL)
@@ -236,7 +267,9 @@ class Expressions:
     def condition(self, node):
         """Translate the test of an if, while, assert or conditional expression."""
         if isinstance(node, ast.BoolOp):
-            return ast.copy_location(ast.BoolOp(node.op, [self.condition(v) for v in node.values]), node)
+            return ast.copy_location(
+                ast.BoolOp(node.op, [self.condition(v) for v in node.values]), node
+            )
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
             return ast.copy_location(ast.UnaryOp(node.op, self.condition(node.operand)), node)
         value = self.expr(node)

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""The standard modules as a board has them: sys, os, gc, select, errno, with what CPython has more left out."""
+
+import errno as host_errno
+import os as host_os
+import sys as host_sys
+import traceback
+import types
+
+_HEAP_BYTES = {"rp2": 230_000, "esp32": 110_000}
+_COLLECT_NS = 3_000_000  # measured collections take 2 to 10 ms
+_ERRORS = ["EPERM", "ENOENT", "EIO", "EBADF", "EAGAIN", "ENOMEM", "EACCES", "EEXIST", "ENODEV", "EISDIR", "EINVAL", "EOPNOTSUPP", "EADDRINUSE", "ECONNABORTED", "ECONNRESET", "ENOBUFS", "ENOTCONN", "ETIMEDOUT", "ECONNREFUSED", "EHOSTUNREACH", "EALREADY", "EINPROGRESS"]
+_SYS_NAMES = ("stdout", "stdin", "stderr", "path", "modules", "argv")
+
+
+def _module(name, **names):
+    module = types.ModuleType(name, "MicroPython's %s." % name)
+    vars(module).update(names)
+    return module
+
+
+class _Sys(types.ModuleType):
+    """Streams and the module table are the host's of this moment, so that captured output is captured."""
+
+    def __getattr__(self, name):
+        if name in _SYS_NAMES:
+            return getattr(host_sys, name)
+        raise AttributeError("module 'sys' has no attribute %r" % name)
+
+
+def print_exception(error, file=None, /):
+    """`sys.print_exception`: the traceback to `file` or standard output."""
+    traceback.print_exception(error, file=file or host_sys.stdout)
+
+
+def make_sys(port):
+    module = _Sys("sys", "MicroPython's sys.")
+    module.platform, module.byteorder, module.maxsize = port.traits.platform, "little", 0x7FFFFFFF
+    module.version = "3.4.0; MicroPython v%d.%d.%d" % port.version
+    module.version_info = (3, 4, 0)
+    module.implementation = types.SimpleNamespace(
+        name="micropython", version=(*port.version, ""), _machine=port.traits.machine, _mpy=4870
+    )
+    module.print_exception = print_exception
+    module.exit = host_sys.exit
+    return module
+
+
+def _uname(port):
+    release = "%d.%d.%d" % port.version
+    fields = {
+        "sysname": port.traits.platform, "nodename": port.traits.platform, "release": release,
+        "version": "v%s" % release, "machine": port.traits.machine,
+    }  # fmt: skip
+    return types.SimpleNamespace(**fields)
+
+
+def make_os(port):
+    """`os` on the board's file system: the root is `port.root`, which is the current directory."""
+    path = port.path
+
+    def ilistdir(directory="", /):
+        for entry in host_os.scandir(path(directory)):
+            folder = entry.is_dir()
+            size = 0 if folder else entry.stat().st_size
+            yield entry.name, 0x4000 if folder else 0x8000, 0, size
+
+    def listdir(directory="", /):
+        return sorted(host_os.listdir(path(directory)))
+
+    def stat(name, /):
+        values = host_os.stat(path(name))
+        return (values.st_mode & 0xF000, 0, 0, 0, 0, 0, values.st_size, 0, 0, 0)
+
+    def rename(old, new, /):
+        host_os.replace(path(old), path(new))
+
+    return _module(
+        "os",
+        ilistdir=ilistdir, listdir=listdir, stat=stat, rename=rename,
+        remove=lambda name, /: host_os.remove(path(name)),
+        unlink=lambda name, /: host_os.remove(path(name)),
+        mkdir=lambda name, /: host_os.mkdir(path(name)),
+        rmdir=lambda name, /: host_os.rmdir(path(name)),
+        getcwd=lambda: "/", sync=lambda: None, urandom=host_os.urandom,
+        statvfs=lambda name, /: (4096, 4096, 352, 300, 300, 0, 0, 0, 0, 255),
+        uname=lambda: _uname(port), dupterm=lambda *arguments: None,
+    )  # fmt: skip
+
+
+def make_gc(port):
+    """`gc`: a collection costs its time; the figures are fixed ones of a board of this kind."""
+    size = _HEAP_BYTES[port.traits.platform]
+    state = {"threshold": -1, "enabled": True}
+
+    def collect():
+        port.clock.busy(_COLLECT_NS)
+
+    def threshold(*amount):
+        if not amount:
+            return state["threshold"]
+        state["threshold"] = amount[0]
+        return None
+
+    return _module(
+        "gc",
+        collect=collect, threshold=threshold, mem_free=lambda: size * 3 // 4, mem_alloc=lambda: size // 4,
+        enable=lambda: state.update(enabled=True), disable=lambda: state.update(enabled=False),
+        isenabled=lambda: state["enabled"],
+    )  # fmt: skip
+
+
+class Poll:
+    """`select.poll()` for the standard streams: output is always ready, input when `port.stdin` holds something."""
+
+    def __init__(self, port):
+        self._port, self._streams = port, []
+
+    def register(self, stream, events=5, /):
+        self._streams = [entry for entry in self._streams if entry[0] is not stream] + [
+            (stream, events)
+        ]
+
+    modify = register
+
+    def unregister(self, stream, /):
+        self._streams = [entry for entry in self._streams if entry[0] is not stream]
+
+    def _ready(self):
+        found = []
+        for stream, events in self._streams:
+            bits = events & (4 if stream is not host_sys.stdin else 0)
+            if stream is host_sys.stdin and self._port.stdin:
+                bits |= events & 1
+            if bits:
+                found.append((stream, bits))
+        return found
+
+    def poll(self, timeout=-1, flags=0, /):
+        ready = self._ready()
+        if not ready and timeout > 0:
+            self._port.clock.sleep(timeout * 1_000_000)
+            ready = self._ready()
+        return ready
+
+    def ipoll(self, timeout=-1, flags=0, /):
+        return iter(self.poll(timeout, flags))
+
+
+def make_modules(port):
+    """Return {name: module} of the standard modules that differ."""
+    errors = {name: getattr(host_errno, name) for name in _ERRORS}
+    errors["ETIMEDOUT"] = port.traits.etimedout
+    poll = type("poll", (Poll,), {"__init__": lambda self: Poll.__init__(self, port)})
+    return {
+        "sys": make_sys(port),
+        "os": make_os(port),
+        "gc": make_gc(port),
+        "errno": _module("errno", errorcode={v: k for k, v in errors.items()}, **errors),
+        "select": _module("select", poll=poll, POLLIN=1, POLLOUT=4, POLLERR=8, POLLHUP=16),
+        "rp2": _module("rp2", bootsel_button=lambda: 0, PIO=None, Flash=None),
+        "esp32": _module("esp32", mcu_temperature=lambda: 40, idf_heap_info=lambda cap: []),
+    }

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: MIT
+"""`Port`: a virtual board on CPython. See its docstring."""
+
+import os
+import sys
+import time as host_time
+import traceback
+from pathlib import Path
+
+from . import async_loop, board_modules, machine, micropython, ticks, traits, viper
+from .board_import import ROOT, Importer
+from .clock import Clock
+from .outputs import VirtualReset
+from .pins import Pins
+from .rp2_i2c import BlockPointer, I2CBlock, TimerPointer
+from .scheduler import Scheduler
+from .wire import Wire
+
+_TICK_NAMES = (
+    "ticks_us",
+    "ticks_ms",
+    "ticks_cpu",
+    "ticks_add",
+    "ticks_diff",
+    "sleep_ms",
+    "sleep_us",
+)
+
+
+class Port:
+    """A board of personality 'rp2' or 'esp32' while its `with` block runs.
+
+    `buses` {id: Bus} are the I2C buses; `machine_name` a chip of traits.MACHINES; `version` MicroPython's;
+    `before_wrap_s` how long before their wrap the ticks start; `pace` None for as fast as possible, 1.0 for real time;
+    `wiring` {id: (sda, scl)} fixes the pins a bus is soldered to; `reset_cause` what `machine.reset_cause()` says.
+    `machine`, `micropython`, `rp2` or `esp32` are importable inside; board code is imported afresh and sees the board's
+    `time`, `sys`, `os`, `gc`, `select`, `errno`, `asyncio` too; the host's `time` has the ticks functions added.
+    """
+
+    def __init__(
+        self, platform, buses=None, *, machine_name=None, version=(1, 25, 0), before_wrap_s=None, pace=None,
+        wiring=None, reset_cause=None, root=None, call_ns=1_000, paths=(),
+    ):  # fmt: skip
+        self.traits = traits.find(platform, machine_name)
+        self.version = version
+        self.clock = Clock(Scheduler(self._report), pace)
+        self.buses = dict(buses or {})
+        self.root = root
+        self.pins = Pins(self, wiring)
+        self._wires = {None: Wire(self.clock, None)}
+        self._blocks = [I2CBlock(self, n) for n in range(len(self.traits.block_bases))]
+        self._followed, self._follow_event = set(), None
+        self.errors, self.adc, self.stdin = [], {}, ""
+        self.watchdog, self.unique_id = None, bytes.fromhex("e660583883724a32")
+        self.reset_cause = (
+            self.traits.reset_causes["PWRON_RESET"] if reset_cause is None else reset_cause
+        )
+        self._before_wrap_s = ticks.START_BEFORE_WRAP_S if before_wrap_s is None else before_wrap_s
+        self._make_modules(call_ns, paths)
+
+    def _make_modules(self, call_ns, paths):
+        self.time = ticks.make_module(self.clock, self._before_wrap_s, call_ns)
+        self.machine = machine.make_module(self)
+        modules = board_modules.make_modules(self)
+        del modules["esp32" if self.traits.platform == "rp2" else "rp2"]
+        modules.update(
+            time=self.time, machine=self.machine, asyncio=async_loop.make_module(self.clock),
+            micropython=micropython.make_module(self.clock.scheduler),
+        )  # fmt: skip
+        self.modules = modules
+        self.importer = Importer(self, modules, paths)
+
+    def __enter__(self):
+        self.root = Path(self.root or os.getcwd())
+        viper.install_types()
+        self._saved_modules = self.importer.install()
+        shared = {"machine", "micropython", self.traits.platform}
+        self._replaced = {n: sys.modules.get(n) for n in shared}
+        sys.modules.update({n: self.modules[n] for n in shared})
+        viper.address_space.append(self.peripheral)
+        for name in _TICK_NAMES:
+            setattr(host_time, name, getattr(self.time, name))
+        return self
+
+    def __exit__(self, *error):
+        for name in _TICK_NAMES:
+            delattr(host_time, name)
+        viper.address_space.remove(self.peripheral)
+        for name, module in self._replaced.items():
+            if module is None:
+                sys.modules.pop(name, None)
+            else:
+                sys.modules[name] = module
+        self.importer.remove(self._saved_modules)
+        return False
+
+    # time
+
+    @property
+    def now_ns(self):
+        return self.clock.now_ns
+
+    @property
+    def dropped(self):
+        """Soft callbacks that found the schedule queue full."""
+        return self.clock.scheduler.dropped
+
+    def run_ms(self, ms):
+        """Let the main program wait: timers, interrupts and soft callbacks run."""
+        self.clock.sleep(int(ms * 1_000_000))
+
+    def timer_us(self):
+        return self.clock.now_ns // 1000 + ticks.PERIOD - int(self._before_wrap_s * 1e6)
+
+    # pins and buses
+
+    def pin(self, number):
+        """State of a pin: `level`, `drive(level)`, `log`, `pwm`."""
+        return self.pins.state(self.pins.number(number))
+
+    def connect_int(self, chip, pin_number):
+        """Solder a chip's INT output to a pin; its edges come at their own instants."""
+        state = self.pin(pin_number)
+        state.external = chip.int_level
+        chip.on_int = state.drive
+        for bus in self.buses.values():
+            if chip in bus.devices:
+                self._followed.add(bus)
+        self._follow()
+
+    def wire(self, bus_id):
+        if bus_id not in self._wires:
+            self._wires[bus_id] = Wire(self.clock, self.buses.get(bus_id), self._after_transfer)
+        return self._wires[bus_id]
+
+    def wire_at(self, sda, scl):
+        """The bus that is soldered to these pins, or an empty one."""
+        return self.wire(self.pins.wired_bus(sda, scl))
+
+    def _after_transfer(self, wire):
+        if wire.bus in self._followed:
+            self._follow()
+
+    def _follow(self):
+        """Keep one event at the next instant at which a followed bus does something by itself."""
+        if self._follow_event is not None:
+            self._follow_event.cancel()
+            self._follow_event = None
+        times = [bus.next_event_ns() for bus in self._followed]
+        due = min((t for t in times if t is not None), default=None)
+        if due is not None:
+            self._follow_event = self.clock.at(max(due, self.clock.now_ns), self._bus_events)
+
+    def _bus_events(self):
+        self._follow_event = None
+        for bus in self._followed:
+            bus.advance(self.clock.now_ns)
+        self._follow()
+
+    # peripherals by address
+
+    def peripheral(self, address, kind):
+        """What viper's ptr32 or mem32 reaches at an address, or None."""
+        base, alias = address & ~0x3FFF, address >> 12 & 3
+        if base in self.traits.block_bases and kind == "ptr32":
+            return BlockPointer(
+                self._blocks[self.traits.block_bases.index(base)], address & 0xFFF, alias
+            )
+        if base == self.traits.timer_base and kind == "ptr32":
+            return TimerPointer(self, address & 0xFFF)
+        return None
+
+    def block_settings(self, number):
+        """(frequency in Hz, Wire) of an I2C block; it is in reset until `machine.I2C` was made."""
+        i2c = self.machine.I2C._blocks.get(number)
+        if i2c is None:
+            raise RuntimeError("I2C%d is held in reset: make a machine.I2C first" % number)
+        return i2c._freq, self.wire_at(i2c.sda, i2c.scl) if i2c._connected() else self.wire(None)
+
+    def reset_block(self, number):
+        self._blocks[number].disable()
+
+    # interrupts
+
+    def interrupt(self, state):
+        """A pin interrupt: at once when hard, else through the schedule queue."""
+        if state.hard:
+            if not self.call_hard(state.handler, state.pin):
+                state.handler, state.triggers = None, ()
+        else:
+            self.clock.scheduler.offer(state.handler, state.pin)
+
+    def call_hard(self, function, argument):
+        """Call as a hard interrupt; False when it raised, which disables it for good."""
+        try:
+            function(argument)
+        except Exception as error:
+            print("Uncaught exception in IRQ callback handler", file=sys.stderr)
+            self._report(error)
+            return False
+        return True
+
+    def _report(self, error):
+        """An exception left a callback: printed, collected, and everything goes on."""
+        self.errors.append(error)
+        traceback.print_exception(error, file=sys.stderr)
+
+    # files and programs
+
+    def path(self, name):
+        """Host path of a file on the board; its root is the folder in which the Port was entered."""
+        if not isinstance(name, (str, os.PathLike)):
+            return name
+        return Path(self.root) / str(name).lstrip("/")
+
+    def run_file(self, path, variables=None):
+        """Run a program as the board would (main.py); returns its globals. A relative path starts at the project."""
+        path = Path(path) if Path(path).is_absolute() else ROOT / path
+        variables = {} if variables is None else variables
+        variables.update(__name__="__main__", __builtins__=self.importer.builtins)
+        exec(compile(path.read_text(), str(path), "exec"), variables)
+        return variables
+
+    def exec(self, source, variables):
+        """Run a line as at the REPL, in the globals that `run_file` returned."""
+        variables.setdefault("__builtins__", self.importer.builtins)
+        exec(source, variables)
+        self.clock.breathe()
+
+
+__all__ = ["Port", "VirtualReset"]

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: MIT
+"""The DW_apb_i2c block of RP2040 and RP2350 as a master, registers and all, on a virtual bus.
+
+RP2040 datasheet section 4.3: two FIFOs of 16, commands in IC_DATA_CMD, aborts in IC_TX_ABRT_SOURCE. Each byte takes
+its time on the wire; nothing happens while IC_ENABLE is 0. Set by `machine.I2C`: clock and pins.
+"""
+
+from collections import deque
+
+from tools.virtual.bus import ArbitrationLost, BusStuck
+
+FIFO = 16
+IC_CON, IC_TAR, IC_DATA_CMD = 0x00, 0x04, 0x10
+IC_INTR_STAT, IC_INTR_MASK, IC_RAW_INTR_STAT = 0x2C, 0x30, 0x34
+IC_CLR_INTR, IC_CLR_TX_ABRT, IC_ENABLE, IC_STATUS = 0x40, 0x54, 0x6C, 0x70
+IC_TXFLR, IC_RXFLR, IC_TX_ABRT_SOURCE, IC_ENABLE_STATUS = 0x74, 0x78, 0x80, 0x9C
+CMD_READ, CMD_STOP, CMD_RESTART = 0x100, 0x200, 0x400
+FIRST_DATA_BYTE = 0x800
+RX_UNDER, RX_OVER, TX_OVER, TX_EMPTY = 1 << 0, 1 << 1, 1 << 3, 1 << 4
+TX_ABRT, STOP_DET, START_DET = 1 << 6, 1 << 9, 1 << 10
+ABRT_7B_ADDR_NOACK, ABRT_TXDATA_NOACK, ARB_LOST = 1 << 0, 1 << 3, 1 << 12
+_CLEARS = {0x44: RX_UNDER, 0x48: RX_OVER, 0x4C: TX_OVER, 0x60: STOP_DET, 0x64: START_DET}
+_ACCESS_NS = 60  # a register access over the peripheral bus
+_RETRY_NS = 20_000
+_PATIENCE = 8  # status reads in a row; then the processor spins, and virtual time goes in longer steps
+_SPIN_NS = 2_000
+
+
+class I2CBlock:
+    """One I2C block; `read(offset)` and `write(offset, value)` are what the processor does."""
+
+    def __init__(self, port, number):
+        self.port, self.number = port, number
+        self.plain = {IC_CON: 0x65, IC_TAR: 0x55, IC_INTR_MASK: 0}
+        self.enabled = False
+        self.polls = 0  # status reads since something else was read or written
+        self._reset()
+
+    def __repr__(self):
+        return "the I2C%d block" % self.number
+
+    def _reset(self):
+        self.tx, self.rx = deque(), deque()
+        self.interrupts = self.abort_source = 0
+        self.event = None
+        self.running = False  # between START and STOP
+        self.reading = self.first = False
+        self.wire = None
+
+    def disable(self):
+        """IC_ENABLE=0 or a new `machine.I2C`: drops everything; the bus gets its STOP."""
+        if self.event is not None:
+            self.event.cancel()
+        if self.running:
+            self.wire.bus.advance(self.port.clock.now_ns)
+            self.wire.bus.stop()
+        if self.wire is not None and self.wire.user is self:
+            self.wire.release()
+        self.enabled = False
+        self._reset()
+
+    @property
+    def busy(self):
+        return self.running or bool(self.tx)
+
+    def read(self, offset):
+        self.polls = self.polls + 1 if offset in (IC_RXFLR, IC_STATUS) and self.busy else 0
+        self.port.clock.hold(_ACCESS_NS if self.polls < _PATIENCE else _SPIN_NS)
+        if offset == IC_DATA_CMD:
+            return self._pop()
+        if offset == IC_CLR_TX_ABRT:
+            self.interrupts &= ~TX_ABRT
+            self.abort_source = 0
+            return 0
+        if offset == IC_CLR_INTR:
+            self.interrupts, self.abort_source = 0, 0
+            return 0
+        if offset in _CLEARS:
+            self.interrupts &= ~_CLEARS[offset]
+            return 0
+        return self._status(offset)
+
+    def _status(self, offset):
+        raw = self.interrupts | (TX_EMPTY if self.enabled and not self.tx else 0)
+        if offset == IC_STATUS:
+            bits = (
+                self.busy,
+                len(self.tx) < FIFO,
+                not self.tx,
+                bool(self.rx),
+                len(self.rx) == FIFO,
+                self.busy,
+            )
+            return sum(bool(bit) << place for place, bit in enumerate(bits))
+        values = {
+            IC_RXFLR: len(self.rx), IC_TXFLR: len(self.tx), IC_TX_ABRT_SOURCE: self.abort_source,
+            IC_RAW_INTR_STAT: raw, IC_INTR_STAT: raw & self.plain[IC_INTR_MASK],
+            IC_ENABLE: int(self.enabled), IC_ENABLE_STATUS: int(self.enabled),
+        }  # fmt: skip
+        return values[offset] if offset in values else self.plain.get(offset, 0)
+
+    def _pop(self):
+        if not self.rx:
+            self.interrupts |= RX_UNDER
+            return 0
+        return self.rx.popleft()
+
+    def write(self, offset, value):
+        self.polls = 0
+        self.port.clock.hold(_ACCESS_NS)
+        if offset == IC_ENABLE:
+            if not value & 1:
+                self.disable()
+            self.enabled = bool(value & 1)
+        elif offset == IC_DATA_CMD:
+            self._push(value)
+        elif offset != IC_TAR or not self.busy:  # the address is locked while a transfer runs
+            self.plain[offset] = value
+
+    def _push(self, value):
+        if not self.enabled or self.interrupts & TX_ABRT:
+            return  # the FIFO is held empty until IC_CLR_TX_ABRT is read
+        if len(self.tx) >= FIFO:
+            self.interrupts |= TX_OVER
+            return
+        self.tx.append(value)
+        if self.event is None:
+            self._later(0)
+
+    def _later(self, ns):
+        self.event = self.port.clock.at(self.port.clock.now_ns + ns, self._step)
+
+    def _step(self):
+        """Do the next command, or hold the bus when there is none."""
+        self.event = None
+        if not self.tx:
+            return
+        frequency, wire = self.port.block_settings(self.number)
+        bit_ns = 1_000_000_000 // frequency
+        try:
+            self._command(wire, bit_ns)
+        except BusStuck:
+            self._later(_RETRY_NS)  # it waits for a free bus as long as it must
+        except ArbitrationLost:
+            self._abort(ARB_LOST)
+
+    def _command(self, wire, bit_ns):
+        command = self.tx[0]
+        read = bool(command & CMD_READ)
+        wire.claim(self)
+        self.wire = wire
+        wire.bus.advance(self.port.clock.now_ns)
+        bits = 9
+        if not self.running or command & CMD_RESTART or read != self.reading:
+            bits += 10
+            self.interrupts |= START_DET
+            if not wire.bus.start(self.plain[IC_TAR] & 0x7F, read):
+                self._abort(ABRT_7B_ADDR_NOACK)
+                return
+            self.running, self.reading, self.first = True, read, True
+        if read:
+            value = wire.bus.read(bool(command & CMD_STOP))
+        elif not wire.bus.write(command & 0xFF):
+            self._abort(ABRT_TXDATA_NOACK)
+            return
+        self.tx.popleft()
+        self.event = self.port.clock.at(
+            self.port.clock.now_ns + bits * bit_ns,
+            lambda: self._finish(value if read else None, bool(command & CMD_STOP), bit_ns),
+        )
+
+    def _finish(self, value, stop, bit_ns):
+        """A byte is complete: into the FIFO, STOP if asked for, go on."""
+        self.event = None
+        if value is not None:
+            if len(self.rx) >= FIFO:
+                self.interrupts |= RX_OVER
+            else:
+                self.rx.append(value | (FIRST_DATA_BYTE if self.first else 0))
+            self.first = False
+        if stop:
+            self._stop()
+        if self.tx:
+            self._later(bit_ns if stop else 0)
+
+    def _stop(self):
+        self.wire.bus.advance(self.port.clock.now_ns)
+        self.wire.bus.stop()
+        self.running = False
+        self.interrupts |= STOP_DET
+        self.wire.release()
+
+    def _abort(self, source):
+        """The commands are flushed, their number goes to the top bits of the source, the bus gets a STOP."""
+        self.abort_source |= source | len(self.tx) << 23
+        self.tx.clear()
+        self.interrupts |= TX_ABRT
+        self._stop()
+
+
+class BlockPointer:
+    """`ptr32(address)` into a block, in viper's terms: index in words, values signed. Knows the alias regions."""
+
+    def __init__(self, block, offset, alias):
+        self.block, self.offset, self.alias = block, offset, alias
+
+    def __getitem__(self, index):
+        value = self.block.read(self.offset + 4 * index)
+        return (value ^ 0x80000000) - 0x80000000
+
+    def __setitem__(self, index, value):
+        offset, value = self.offset + 4 * index, value & 0xFFFFFFFF
+        if self.alias:
+            before = self.block.read(offset)
+            value = (None, before ^ value, before | value, before & ~value)[self.alias]
+        self.block.write(offset, value)
+
+
+class TimerPointer:
+    """The microsecond counter (TIMERAWL) for viper code that measures without allocating."""
+
+    _LOW_WORDS = (0x0C, 0x28)
+    _HIGH_WORDS = (0x08, 0x24)
+
+    def __init__(self, port, offset):
+        self.port, self.offset = port, offset
+
+    def __getitem__(self, index):
+        offset = self.offset + 4 * index
+        self.port.clock.hold(_ACCESS_NS)
+        if offset in self._LOW_WORDS:
+            return ((self.port.timer_us() & 0xFFFFFFFF) ^ 0x80000000) - 0x80000000
+        if offset in self._HIGH_WORDS:
+            return self.port.timer_us() >> 32
+        raise IndexError("timer register 0x%02X is not modelled" % offset)

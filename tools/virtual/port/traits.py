@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""What differs between the ports, from the sources of MicroPython 1.25 (ports/rp2, ports/esp32)."""
+
+from typing import NamedTuple
+
+
+class Traits(NamedTuple):
+    """One port and chip. Times in nanoseconds, errors as errno, pins as (sda, scl)."""
+
+    platform: str
+    machine: str
+    cpu_hz: int
+    pin_count: int
+    i2c_pins: tuple  # default (sda, scl) of each hardware bus
+    i2c_timeout_us: int
+    i2c_overhead_ns: int  # software time of one transfer, beside the bits on the wire
+    enodev: int  # address not acknowledged
+    etimedout: int
+    block_bases: tuple  # addresses of the I2C blocks, for viper and mem32
+    timer_base: int
+    timer_ids: tuple
+    reset_causes: dict
+    pin_constants: dict
+    pin_names: dict
+    wdt_max_ms: int
+
+
+EIO = 5
+_RP2_PIN = {
+    "IN": 0, "OUT": 1, "OPEN_DRAIN": 2, "ALT": 3, "PULL_UP": 1, "PULL_DOWN": 2,
+    "IRQ_FALLING": 4, "IRQ_RISING": 8, "ALT_I2C": 3, "ALT_PWM": 4, "ALT_SIO": 5,
+}  # fmt: skip
+_ESP32_PIN = {
+    "IN": 1, "OUT": 3, "OPEN_DRAIN": 7, "PULL_DOWN": 1, "PULL_UP": 2,
+    "IRQ_RISING": 1, "IRQ_FALLING": 2, "WAKE_LOW": 4, "WAKE_HIGH": 5,
+    "DRIVE_0": 0, "DRIVE_1": 1, "DRIVE_2": 2, "DRIVE_3": 3,
+}  # fmt: skip
+_RP2_CAUSES = {"PWRON_RESET": 1, "WDT_RESET": 3}
+_ESP32_CAUSES = {
+    "PWRON_RESET": 1, "HARD_RESET": 2, "WDT_RESET": 3, "DEEPSLEEP_RESET": 4, "SOFT_RESET": 5,
+}  # fmt: skip
+
+
+def _rp2(machine, cpu_hz, pin_count, blocks, timer):
+    names = {"GP%d" % n: n for n in range(pin_count)}
+    names.update({"GPIO%d" % n: n for n in range(pin_count)}, LED=25)
+    return Traits(
+        "rp2", machine, cpu_hz, pin_count, ((4, 5), (6, 7)), 50_000, 29_000, EIO, 110,
+        blocks, timer, (-1,), _RP2_CAUSES, _RP2_PIN, names, 8388,
+    )  # fmt: skip
+
+
+def _esp32(machine, cpu_hz, pin_count, timer_count, pins=((19, 18), (26, 25))):
+    return Traits(
+        "esp32", machine, cpu_hz, pin_count, pins, 50_000, 60_000, 19, 116,
+        (), None, tuple(range(timer_count)), _ESP32_CAUSES, _ESP32_PIN, {}, 1 << 31,
+    )  # fmt: skip
+
+
+MACHINES = {
+    "RP2040": _rp2(
+        "Raspberry Pi Pico with RP2040", 125_000_000, 30, (0x40044000, 0x40048000), 0x40054000
+    ),
+    "RP2040W": _rp2(
+        "Raspberry Pi Pico W with RP2040", 125_000_000, 30, (0x40044000, 0x40048000), 0x40054000
+    ),
+    "RP2350": _rp2(
+        "Raspberry Pi Pico2 with RP2350", 150_000_000, 30, (0x40090000, 0x40098000), 0x400B0000
+    ),
+    "ESP32": _esp32("Generic ESP32 module with ESP32", 160_000_000, 40, 4),
+    "ESP32S3": _esp32(
+        "Generic ESP32S3 module with ESP32S3", 160_000_000, 49, 4, ((19, 18), (8, 9))
+    ),
+    "ESP32C3": _esp32("ESP32C3 module with ESP32C3", 160_000_000, 22, 2, ((19, 18),)),
+}
+DEFAULT = {"rp2": "RP2040", "esp32": "ESP32"}
+
+
+def find(platform, machine=None):
+    """Return the Traits of a port, or of a chip named like the keys of MACHINES."""
+    if platform not in DEFAULT:
+        raise ValueError("no port %r: 'rp2' or 'esp32'" % (platform,))
+    key = machine or DEFAULT[platform]
+    if key not in MACHINES or MACHINES[key].platform != platform:
+        fitting = [name for name, traits in MACHINES.items() if traits.platform == platform]
+        raise ValueError("no %s machine %r: %s" % (platform, key, ", ".join(fitting)))
+    return MACHINES[key]
