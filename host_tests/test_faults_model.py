@@ -201,6 +201,23 @@ def test_fault_may_be_added_late():
         master.read(0x75)
 
 
+def test_fault_taken_off_the_list_ends():
+    _, master = make(faults.StuckData(at_s=0.2))
+    master.run_until(300_000_000)
+    frozen = master.counts()
+    master.bus.faults.clear()
+    master.run_until(400_000_000)
+    assert master.counts() != frozen
+
+
+def test_fault_swapped_for_another():
+    _, master = make(faults.Nack(at_s=0.2))
+    master.run_until(300_000_000)
+    master.bus.faults[:] = [faults.Filled(0xFF, at_s=0.1)]
+    master.run_s(0.001)
+    assert master.read(0x75) == b"\xff"
+
+
 def test_unknown_address_is_an_error():
     _, master = make(faults.BrownOut(at_s=0.2, address=0x50))
     with pytest.raises(LookupError, match="80"):

@@ -11,6 +11,7 @@ from collections import deque
 from typing import NamedTuple
 
 LOG_LENGTH = 4096
+_NEVER = 1 << 62
 
 
 class BusStuck(Exception):
@@ -43,14 +44,19 @@ class Transaction(NamedTuple):
 
 
 class Bus:
-    """Devices on one pair of wires. `faults` may be changed at any time; `log` is bounded."""
+    """Devices on one pair of wires. `log` is bounded.
+
+    `faults` may be changed at any time; the next `advance` begins and ends what that means.
+    """
 
     def __init__(self, *devices, faults=(), log_length=LOG_LENGTH):
         self.devices = list(devices)
         self.faults = list(faults)
         self.log = deque(maxlen=log_length)
         self.now_ns = 0
-        self._running = []  # faults that have begun and not ended
+        self._known = []  # the faults at the last look
+        self._running = []  # those that have begun and not ended
+        self._change_ns = _NEVER  # when the next one begins or ends
         self._selected = None
         self._open = None  # [t_ns, address, written, read, outcome] of the current transaction
 
@@ -58,9 +64,12 @@ class Bus:
 
     def advance(self, now_ns):
         """Let time pass up to `now_ns`; an earlier instant is ignored (time never goes back)."""
-        if self.faults or self._running:
+        if now_ns >= self._change_ns or self.faults != self._known:
             self._advance_faults(now_ns)
-        self._advance_devices(now_ns)
+        if now_ns > self.now_ns:
+            self.now_ns = now_ns
+        for device in self.devices:
+            device.advance(now_ns)
 
     def next_event_ns(self):
         """The next instant (ns) at which something happens by itself, or None.
@@ -71,20 +80,25 @@ class Bus:
         times += [fault.next_event_ns() for fault in self.faults]
         return min((t for t in times if t is not None), default=None)
 
-    def _advance_devices(self, now_ns):
-        if now_ns > self.now_ns:
-            self.now_ns = now_ns
-        for device in self.devices:
-            device.advance(self.now_ns)
-
     def _advance_faults(self, now_ns):
-        """Begin and end faults at their own instants, in order."""
-        changes = [(t_ns, fault) for fault in self.faults for t_ns in fault.due(now_ns)]
+        """Begin and end faults at their own instants, in order; those taken off the list end."""
+        for fault in self._running:
+            if fault not in self.faults:
+                fault.step(self)
+        self._known = list(self.faults)
+        changes = [(t_ns, fault) for fault in self._known for t_ns in fault.due(now_ns)]
         changes.sort(key=lambda change: change[0])
         for t_ns, fault in changes:
-            self._advance_devices(t_ns)
+            self.now_ns = max(self.now_ns, t_ns)
+            for device in self.devices:
+                device.advance(self.now_ns)
             fault.step(self)
-        self._running = [fault for fault in self.faults if fault.active]
+        self._settle_faults()
+
+    def _settle_faults(self):
+        self._running = [fault for fault in self._known if fault.active]
+        times = [fault.next_event_ns() for fault in self._known]
+        self._change_ns = min((t for t in times if t is not None), default=_NEVER)
 
     # lines
 
@@ -102,7 +116,7 @@ class Bus:
         """One clock by hand. A slave that holds SDA lets go after enough of them."""
         for fault in self._running:
             fault.on_pulse(self)
-        self._running = [fault for fault in self._running if fault.active]
+        self._settle_faults()
 
     # transfers
 

@@ -15,6 +15,7 @@ RESET_NS = 50_000_000
 _DEVICE_RESET = 0x80
 _FIFO_ENABLED, _FIFO_RESET, _SIGNALS_RESET = 0x40, 0x04, 0x01
 _SELF_CLEARING = 0x07  # of USER_CTRL
+_FIFO = (reg.FIFO_COUNTH, reg.FIFO_COUNTL, reg.FIFO_R_W)
 _FIRST_OUTPUT, _LAST_OUTPUT = reg.ACCEL_XOUT_H, reg.GYRO_ZOUT_L
 
 
@@ -63,42 +64,39 @@ class MPU6050Chip(Part):
             self._pointer = value & 0x7F
         else:
             self._write_register(self._pointer, value)
-            self._step_pointer()
+            if self._pointer != reg.FIFO_R_W:
+                self._pointer = (self._pointer + 1) & 0x7F
         return True
 
     def read(self):
         """A byte to the master, from the register pointed at."""
         address = self._pointer
+        if address != reg.FIFO_R_W:
+            self._pointer = (address + 1) & 0x7F
         if _FIRST_OUTPUT <= address <= _LAST_OUTPUT:
             if not self._latched:
                 self._latch()
             value = self.registers[address]
-        elif address == reg.INT_STATUS:
-            self._sync_events()
-            value = self._pin.take()
-        elif address in (reg.FIFO_COUNTH, reg.FIFO_COUNTL, reg.FIFO_R_W):
-            value = self._read_fifo(address)
         else:
-            if address == reg.PWR_MGMT_1:
-                self._finish_reset()
-            value = self.registers[address]
-        if (
-            self._pin.status
-            and self.registers[reg.INT_PIN_CFG] & CLEAR_ON_ANY_READ
-            and address != reg.INT_STATUS
-        ):
+            value = self._read_register(address)
+        if self._pin.status and self.registers[reg.INT_PIN_CFG] & CLEAR_ON_ANY_READ:
             self._pin.take()
-        self._step_pointer()
         return value
+
+    def _read_register(self, address):
+        if address == reg.INT_STATUS:
+            self._sync_events()
+            return self._pin.take()
+        if address in _FIFO:
+            return self._read_fifo(address)
+        if address == reg.PWR_MGMT_1:
+            self._finish_reset()
+        return self.registers[address]
 
     def stop(self):
         """STOP, or another address: the output registers follow the sensors again."""
         self._in_transaction = False
         self._latched = False
-
-    def _step_pointer(self):
-        if self._pointer != reg.FIFO_R_W:
-            self._pointer = (self._pointer + 1) & 0x7F
 
     def _latch(self):
         self._sync(self._latch_ns)
