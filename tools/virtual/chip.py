@@ -20,7 +20,7 @@ _FIRST_OUTPUT, _LAST_OUTPUT = reg.ACCEL_XOUT_H, reg.GYRO_ZOUT_L
 
 
 class MPU6050Chip(Part):
-    """One chip, awake time zero, powered long ago, asleep as after power-on.
+    """One chip that has had its supply for long and is asleep, as after power-on.
 
     motion              source of true motion; None: still, level, 25 degC
     profile             a name of tools.virtual.profiles, or a WHO_AM_I value

@@ -3,6 +3,8 @@
 
 Nothing is computed while nobody looks: `run(until)` catches up. Where neither the FIFO nor the
 motion engine has to see every sample, it catches up only as far back as the filters remember.
+The motion is asked once per sample of the gyro, at that instant and in order of time, so what
+vibrates faster than half the sample rate aliases, here ahead of the low-pass.
 """
 
 from tools.virtual.sensing import design
