@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: MIT
 """The papers' filters in the board's single precision, on the real firmware."""
 
-import struct
-
 import numpy as np
 import pytest
 from attitude import KalmanTilt, accel_tilt_deg
 
-from tools.virtual.bus import Bus
-from tools.virtual.chip import MPU6050Chip
-from tools.virtual.motion import FreeMotion
+from tools import recordings
 from tools.virtual.pico import VirtualPico
 
-RATE_HZ = 20
-DT_S = 1 / RATE_HZ
-LSB_PER_G, LSB_PER_DPS = 4096, 65.5  # +-8 g, +-500 dps
+NAME = "02_undisturbed_slow_rotation_B.npz"
+EACH = 30  # the emulated board takes 0.02 s of a PC's time for an update
+DT_S = EACH / 285.714
+LSB_PER_DPS = 65.5  # +-500 dps
 
 PROGRAM = """
 from array import array
@@ -37,29 +34,9 @@ print(filt.bias_dps)
 
 
 def minute():
-    """(ax, ay, az, gx) counts of a minute of free motion as the sensor reports it."""
-    chip = MPU6050Chip(motion=FreeMotion(seed=5), seed=5, gyro_bias_dps=(1.2, 0, 0))
-    bus = Bus(chip)
-    rows = []
-
-    def write(*values):
-        bus.start(0x68, False)
-        for value in values:
-            bus.write(value)
-        bus.stop()
-
-    write(0x6B, 1)
-    write(0x1A, 5)  # 10 Hz, 1 kHz
-    write(0x1B, 0x08, 0x10)
-    for k in range(1, 60 * RATE_HZ + 1):
-        bus.advance(int(k * 1e9 * DT_S))
-        bus.start(0x68, False)
-        bus.write(0x3B)
-        bus.start(0x68, True)
-        counts = struct.unpack(">7h", bytes(bus.read(i == 13) for i in range(14)))
-        bus.stop()
-        rows.append(counts[:3] + (counts[4],))
-    return np.array(rows, dtype="<i2")
+    """(ax, ay, az, gx) counts of a recorded minute, every EACHth sample."""
+    counts = recordings.load(recordings.EXCERPTS / NAME).counts(gyro_dps=500, accel_g=8)
+    return np.ascontiguousarray(counts[: 60 * 286 : EACH, [0, 1, 2, 4]], dtype="<i2")
 
 
 @pytest.fixture(scope="module")
