@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""MicroPython's world on CPython: checked viper, virtual clock, `machine` with the personality of a port."""
+"""MicroPython's world on CPython: checked viper, virtual clock, `machine` with the personality of
+a port.
+"""
 
 import sys
 
@@ -10,7 +12,9 @@ from .viper import ViperTypeError, install_types
 
 
 def install_micropython():
-    """Provide `micropython` and the names that viper annotations need, so that board code imports on a PC."""
+    """Provide `micropython` and the names that viper annotations need, so that board code imports
+    on a PC.
+    """
     install_types()
     return sys.modules.setdefault("micropython", make_module())
 

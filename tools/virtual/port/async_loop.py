@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""`asyncio` of a board on the virtual clock: waiting lets virtual time pass, and MicroPython's additions are there."""
+"""`asyncio` of a board on the virtual clock: waiting lets virtual time pass, and MicroPython's
+additions are there.
+"""
 
 import asyncio
 import selectors

@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: MIT
 """Imports of board code: it sees the board's modules, and nothing that only a PC has."""
 
+import ast
 import builtins
 import importlib
 import sys
 from importlib.machinery import PathFinder, SourceFileLoader
 from pathlib import Path
 
+from . import viper
+
 ROOT = Path(__file__).resolve().parents[3]
 _HOST = frozenset(
     ["array", "binascii", "builtins", "cmath", "collections", "deflate", "hashlib", "heapq", "io", "json", "math", "random", "re", "struct", "uctypes"]
 )
-_REPLACED = frozenset(["asyncio", "errno", "gc", "machine", "micropython", "os", "rp2", "esp32", "select", "sys", "time"])
+_REPLACED = frozenset(
+    "asyncio errno gc machine micropython os rp2 esp32 select sys time".split()  # noqa: SIM905
+)
 
 
 def board_names(paths):
@@ -31,12 +36,39 @@ def _is_package(entry):
     return entry.is_dir() and any(entry.glob("*.py"))
 
 
+class _BoardErrors(ast.NodeTransformer):
+    """`OSError(5)` has its errno on the board, on CPython only with a second argument."""
+
+    def visit_Call(self, node):
+        self.generic_visit(node)
+        plain = len(node.args) == 1 and not node.keywords
+        if plain and isinstance(node.func, ast.Name) and node.func.id == "OSError":
+            node.func.id = "_board_oserror"
+        return node
+
+
+_codes = {}  # path: (modification time, code), so that a fresh import need not compile again
+
+
+def board_code(path):
+    """Compile a file of board code as the virtual board needs it."""
+    path = str(path)
+    changed = Path(path).stat().st_mtime_ns
+    if _codes.get(path, (None,))[0] != changed:
+        tree = _BoardErrors().visit(ast.parse(Path(path).read_text(), path))
+        _codes[path] = (changed, compile(tree, path, "exec", dont_inherit=True))
+    return _codes[path][1]
+
+
 class _Loader(SourceFileLoader):
     """Runs a module with the Port's builtins."""
 
     def __init__(self, fullname, path, board_builtins):
         super().__init__(fullname, path)
         self._board_builtins = board_builtins
+
+    def get_code(self, fullname):
+        return board_code(self.path)
 
     def exec_module(self, module):
         module.__dict__["__builtins__"] = self._board_builtins
@@ -54,6 +86,7 @@ class Importer:
             **vars(builtins),
             "__import__": self.board_import,
             "open": self.board_open,
+            "_board_oserror": viper.oserror,
         }
 
     def board_open(self, name, mode="r", *arguments, **settings):

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The standard modules as a board has them: sys, os, gc, select, errno, with what CPython has more left out."""
+"""The standard modules as a board has them: sys, os, gc, select, errno, with what CPython has more
+left out.
+"""
 
 import errno as host_errno
 import os as host_os
@@ -9,7 +11,11 @@ import types
 
 _HEAP_BYTES = {"rp2": 230_000, "esp32": 110_000}
 _COLLECT_NS = 3_000_000  # measured collections take 2 to 10 ms
-_ERRORS = ["EPERM", "ENOENT", "EIO", "EBADF", "EAGAIN", "ENOMEM", "EACCES", "EEXIST", "ENODEV", "EISDIR", "EINVAL", "EOPNOTSUPP", "EADDRINUSE", "ECONNABORTED", "ECONNRESET", "ENOBUFS", "ENOTCONN", "ETIMEDOUT", "ECONNREFUSED", "EHOSTUNREACH", "EALREADY", "EINPROGRESS"]
+_ERRORS = (
+    "EPERM ENOENT EIO EBADF EAGAIN ENOMEM EACCES EEXIST ENODEV EISDIR EINVAL EOPNOTSUPP EADDRINUSE "
+    "ECONNABORTED ECONNRESET ENOBUFS ENOTCONN ETIMEDOUT ECONNREFUSED EHOSTUNREACH EALREADY "
+    "EINPROGRESS"
+)
 _SYS_NAMES = ("stdout", "stdin", "stderr", "path", "modules", "argv")
 
 
@@ -20,7 +26,9 @@ def _module(name, **names):
 
 
 class _Sys(types.ModuleType):
-    """Streams and the module table are the host's of this moment, so that captured output is captured."""
+    """Streams and the module table are the host's of this moment, so that captured output is
+    captured.
+    """
 
     def __getattr__(self, name):
         if name in _SYS_NAMES:
@@ -104,14 +112,17 @@ def make_gc(port):
 
     return _module(
         "gc",
-        collect=collect, threshold=threshold, mem_free=lambda: size * 3 // 4, mem_alloc=lambda: size // 4,
+        collect=collect, threshold=threshold,
+        mem_free=lambda: size * 3 // 4, mem_alloc=lambda: size // 4,
         enable=lambda: state.update(enabled=True), disable=lambda: state.update(enabled=False),
         isenabled=lambda: state["enabled"],
     )  # fmt: skip
 
 
 class Poll:
-    """`select.poll()` for the standard streams: output is always ready, input when `port.stdin` holds something."""
+    """`select.poll()` for the standard streams: output is always ready, input when `port.stdin`
+    holds something.
+    """
 
     def __init__(self, port):
         self._port, self._streams = port, []
@@ -149,7 +160,7 @@ class Poll:
 
 def make_modules(port):
     """Return {name: module} of the standard modules that differ."""
-    errors = {name: getattr(host_errno, name) for name in _ERRORS}
+    errors = {name: getattr(host_errno, name) for name in _ERRORS.split()}
     errors["ETIMEDOUT"] = port.traits.etimedout
     poll = type("poll", (Poll,), {"__init__": lambda self: Poll.__init__(self, port)})
     return {

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Virtual time in nanoseconds: an event queue, interrupts, and the points at which soft callbacks run.
+"""Virtual time in nanoseconds: an event queue, interrupts, and the points at which soft callbacks
+run.
 
-Time passes in two ways. `busy()` is a blocking C function (a bus transfer): interrupts fire inside it, soft callbacks
-wait until it is over. `sleep()` lets soft callbacks run while it waits, and their time counts as slept.
+Time passes in two ways. `busy()` is a blocking C function (a bus transfer): interrupts fire inside
+it, soft callbacks wait until it is over. `sleep()` lets soft callbacks run while it waits, and
+their time counts as slept.
 """
 
 import heapq
@@ -57,7 +59,9 @@ class Clock:
         return self._heap[0][0] if self._heap else None
 
     def busy(self, ns):
-        """Spend `ns` in code that is not Python: interrupts fire, soft callbacks wait until the end."""
+        """Spend `ns` in code that is not Python: interrupts fire, soft callbacks wait until the
+        end.
+        """
         target = self.now_ns + ns
         if target >= self._next_ns:
             self._fire_until(target)
@@ -82,7 +86,9 @@ class Clock:
             self._keep_pace()
 
     def sleep(self, ns):
-        """Wait until `ns` from now; interrupts and soft callbacks run meanwhile and may make it longer."""
+        """Wait until `ns` from now; interrupts and soft callbacks run meanwhile and may make it
+        longer.
+        """
         self.sleep_until(self.now_ns + ns)
 
     def sleep_until(self, deadline_ns):
@@ -103,7 +109,9 @@ class Clock:
             self.breathe()
 
     def _fire_until(self, target_ns):
-        """Run the events due until `target_ns`, each at its instant; one interrupt never interrupts another."""
+        """Run the events due until `target_ns`, each at its instant; one interrupt never
+        interrupts another.
+        """
         if self._in_interrupt or not self.interrupts:
             return
         self._in_interrupt = True

@@ -3,9 +3,9 @@
 
 import types
 
-from . import i2c, outputs, timers
+from . import i2c_blocks, outputs, soft_i2c, timers
 from .outputs import VirtualReset
-from .pins import make_pin
+from .pin import make_pin
 
 
 class Memory:
@@ -21,7 +21,9 @@ class Memory:
         self._peripheral(address)[0] = value & 0xFFFFFFFF
 
     def _peripheral(self, address):
-        found = self._port.peripheral(address & 0xFFFFFFFF, "ptr32") if self._size == 4 else None
+        found = (
+            self._port.peripherals.find(address & 0xFFFFFFFF, "ptr32") if self._size == 4 else None
+        )
         if found is None:
             raise ValueError(
                 "no %d-bit register is modelled at 0x%08X" % (8 * self._size, address)
@@ -35,11 +37,11 @@ def make_module(port):
     module = types.ModuleType(
         "machine", "The machine module of a virtual %s." % port.traits.machine
     )
-    hardware = i2c.Rp2I2C if rp2 else i2c.Esp32I2C
+    hardware = i2c_blocks.Rp2I2C if rp2 else i2c_blocks.Esp32I2C
     timer = timers.Rp2Timer if rp2 else timers.Esp32Timer
     module.Pin = make_pin(port)
     module.I2C = type("I2C", (hardware,), {"_port": port, "_blocks": {}})
-    module.SoftI2C = type("SoftI2C", (i2c.SoftI2C,), {"_port": port})
+    module.SoftI2C = type("SoftI2C", (soft_i2c.SoftI2C,), {"_port": port})
     module.Timer = type("Timer", (timer,), {"_port": port, "_numbered": {}})
     for name in ("PWM", "ADC", "WDT"):
         setattr(module, name, type(name, (getattr(outputs, name),), {"_port": port}))

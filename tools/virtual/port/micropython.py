@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The `micropython` module for CPython: identity decorators, checked viper, the schedule queue, heap lock counters."""
+"""The `micropython` module for CPython: identity decorators, checked viper, the schedule queue,
+heap lock counters.
+"""
 
 import types
 
@@ -13,7 +15,9 @@ def _identity(value):
 
 
 class _Heap:
-    """`heap_lock()` counts, as on the board; nothing on CPython stops an allocation, the emulated board's tests do."""
+    """`heap_lock()` counts, as on the board; nothing on CPython stops an allocation, the emulated
+    board's tests do.
+    """
 
     def __init__(self):
         self.depth = 0

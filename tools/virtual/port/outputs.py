@@ -5,7 +5,9 @@ from collections import deque
 
 
 class VirtualReset(BaseException):
-    """The board resets: `cause` is the reset cause it would report. Ends the board's program, whatever it catches."""
+    """The board resets: `cause` is the reset cause it would report. Ends the board's program,
+    whatever it catches.
+    """
 
     def __init__(self, cause, text):
         super().__init__(text)
@@ -13,7 +15,9 @@ class VirtualReset(BaseException):
 
 
 class PWM:
-    """Frequency in hertz and duty as on the port; every change goes to `history` as (t_ns, freq, duty_ns)."""
+    """Frequency in hertz and duty as on the port; every change goes to `history` as (t_ns, freq,
+    duty_ns).
+    """
 
     _port = None
 
@@ -84,7 +88,9 @@ class ADC:
 
 
 class WDT:
-    """Starts at once, cannot be stopped; raises VirtualReset wherever the program is when it starves."""
+    """Starts at once, cannot be stopped; raises VirtualReset wherever the program is when it
+    starves.
+    """
 
     _port = None
 

@@ -8,11 +8,11 @@ import traceback
 from pathlib import Path
 
 from . import async_loop, board_modules, machine, micropython, ticks, traits, viper
-from .board_import import ROOT, Importer
+from .board_import import ROOT, Importer, board_code
 from .clock import Clock
 from .outputs import VirtualReset
+from .peripherals import Peripherals
 from .pins import Pins
-from .rp2_i2c import BlockPointer, I2CBlock, TimerPointer
 from .scheduler import Scheduler
 from .wire import Wire
 
@@ -30,16 +30,17 @@ _TICK_NAMES = (
 class Port:
     """A board of personality 'rp2' or 'esp32' while its `with` block runs.
 
-    `buses` {id: Bus} are the I2C buses; `machine_name` a chip of traits.MACHINES; `version` MicroPython's;
-    `before_wrap_s` how long before their wrap the ticks start; `pace` None for as fast as possible, 1.0 for real time;
-    `wiring` {id: (sda, scl)} fixes the pins a bus is soldered to; `reset_cause` what `machine.reset_cause()` says.
-    `machine`, `micropython`, `rp2` or `esp32` are importable inside; board code is imported afresh and sees the board's
-    `time`, `sys`, `os`, `gc`, `select`, `errno`, `asyncio` too; the host's `time` has the ticks functions added.
+    `buses` {id: Bus} are the I2C buses; `machine_name` a chip of traits.MACHINES; `version`
+    MicroPython's; `before_wrap_s` how long before their wrap the ticks start; `pace` None for as
+    fast as possible, 1.0 for real time; `wiring` {id: (sda, scl)} fixes the pins a bus is soldered
+    to; `reset_cause` what `machine.reset_cause()` says. `machine`, `micropython`, `rp2` or `esp32`
+    are importable inside; board code is imported afresh and sees the board's `time`, `sys`, `os`,
+    `gc`, `select`, `errno`, `asyncio` too; the host's `time` has the ticks functions added.
     """
 
     def __init__(
-        self, platform, buses=None, *, machine_name=None, version=(1, 25, 0), before_wrap_s=None, pace=None,
-        wiring=None, reset_cause=None, root=None, call_ns=1_000, paths=(),
+        self, platform, buses=None, *, machine_name=None, version=(1, 25, 0), before_wrap_s=None,
+        pace=None, wiring=None, reset_cause=None, root=None, call_ns=1_000, paths=(),
     ):  # fmt: skip
         self.traits = traits.find(platform, machine_name)
         self.version = version
@@ -48,7 +49,7 @@ class Port:
         self.root = root
         self.pins = Pins(self, wiring)
         self._wires = {None: Wire(self.clock, None)}
-        self._blocks = [I2CBlock(self, n) for n in range(len(self.traits.block_bases))]
+        self.peripherals = Peripherals(self)
         self._followed, self._follow_event = set(), None
         self.errors, self.adc, self.stdin = [], {}, ""
         self.watchdog, self.unique_id = None, bytes.fromhex("e660583883724a32")
@@ -77,7 +78,7 @@ class Port:
         shared = {"machine", "micropython", self.traits.platform}
         self._replaced = {n: sys.modules.get(n) for n in shared}
         sys.modules.update({n: self.modules[n] for n in shared})
-        viper.address_space.append(self.peripheral)
+        viper.address_space.append(self.peripherals.find)
         for name in _TICK_NAMES:
             setattr(host_time, name, getattr(self.time, name))
         return self
@@ -85,7 +86,7 @@ class Port:
     def __exit__(self, *error):
         for name in _TICK_NAMES:
             delattr(host_time, name)
-        viper.address_space.remove(self.peripheral)
+        viper.address_space.remove(self.peripherals.find)
         for name, module in self._replaced.items():
             if module is None:
                 sys.modules.pop(name, None)
@@ -157,29 +158,6 @@ class Port:
             bus.advance(self.clock.now_ns)
         self._follow()
 
-    # peripherals by address
-
-    def peripheral(self, address, kind):
-        """What viper's ptr32 or mem32 reaches at an address, or None."""
-        base, alias = address & ~0x3FFF, address >> 12 & 3
-        if base in self.traits.block_bases and kind == "ptr32":
-            return BlockPointer(
-                self._blocks[self.traits.block_bases.index(base)], address & 0xFFF, alias
-            )
-        if base == self.traits.timer_base and kind == "ptr32":
-            return TimerPointer(self, address & 0xFFF)
-        return None
-
-    def block_settings(self, number):
-        """(frequency in Hz, Wire) of an I2C block; it is in reset until `machine.I2C` was made."""
-        i2c = self.machine.I2C._blocks.get(number)
-        if i2c is None:
-            raise RuntimeError("I2C%d is held in reset: make a machine.I2C first" % number)
-        return i2c._freq, self.wire_at(i2c.sda, i2c.scl) if i2c._connected() else self.wire(None)
-
-    def reset_block(self, number):
-        self._blocks[number].disable()
-
     # interrupts
 
     def interrupt(self, state):
@@ -208,17 +186,19 @@ class Port:
     # files and programs
 
     def path(self, name):
-        """Host path of a file on the board; its root is the folder in which the Port was entered."""
+        """Host path of a file on the board; its root is where the Port was entered."""
         if not isinstance(name, (str, os.PathLike)):
             return name
         return Path(self.root) / str(name).lstrip("/")
 
     def run_file(self, path, variables=None):
-        """Run a program as the board would (main.py); returns its globals. A relative path starts at the project."""
+        """Run a program as the board would (main.py); returns its globals. A relative path starts
+        at the project.
+        """
         path = Path(path) if Path(path).is_absolute() else ROOT / path
         variables = {} if variables is None else variables
         variables.update(__name__="__main__", __builtins__=self.importer.builtins)
-        exec(compile(path.read_text(), str(path), "exec"), variables)
+        exec(board_code(path), variables)
         return variables
 
     def exec(self, source, variables):

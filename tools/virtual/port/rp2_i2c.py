@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The DW_apb_i2c block of RP2040 and RP2350 as a master, registers and all, on a virtual bus.
 
-RP2040 datasheet section 4.3: two FIFOs of 16, commands in IC_DATA_CMD, aborts in IC_TX_ABRT_SOURCE. Each byte takes
-its time on the wire; nothing happens while IC_ENABLE is 0. Set by `machine.I2C`: clock and pins.
+RP2040 datasheet section 4.3: two FIFOs of 16, commands in IC_DATA_CMD, aborts in
+IC_TX_ABRT_SOURCE. Each byte takes its time on the wire; nothing happens while IC_ENABLE is 0. Set
+by `machine.I2C`: clock and pins.
 """
 
 from collections import deque
@@ -19,10 +20,13 @@ FIRST_DATA_BYTE = 0x800
 RX_UNDER, RX_OVER, TX_OVER, TX_EMPTY = 1 << 0, 1 << 1, 1 << 3, 1 << 4
 TX_ABRT, STOP_DET, START_DET = 1 << 6, 1 << 9, 1 << 10
 ABRT_7B_ADDR_NOACK, ABRT_TXDATA_NOACK, ARB_LOST = 1 << 0, 1 << 3, 1 << 12
+ABRT_USER_ABRT = 1 << 16
 _CLEARS = {0x44: RX_UNDER, 0x48: RX_OVER, 0x4C: TX_OVER, 0x60: STOP_DET, 0x64: START_DET}
-_ACCESS_NS = 60  # a register access over the peripheral bus
+ACCESS_NS = 60  # a register access over the peripheral bus
 _RETRY_NS = 20_000
-_PATIENCE = 8  # status reads in a row; then the processor spins, and virtual time goes in longer steps
+_PATIENCE = (
+    8  # status reads in a row; then the processor spins, and virtual time goes in longer steps
+)
 _SPIN_NS = 2_000
 
 
@@ -44,7 +48,7 @@ class I2CBlock:
         self.interrupts = self.abort_source = 0
         self.event = None
         self.running = False  # between START and STOP
-        self.reading = self.first = False
+        self.reading = self.first = self.aborting = False
         self.wire = None
 
     def disable(self):
@@ -65,7 +69,7 @@ class I2CBlock:
 
     def read(self, offset):
         self.polls = self.polls + 1 if offset in (IC_RXFLR, IC_STATUS) and self.busy else 0
-        self.port.clock.hold(_ACCESS_NS if self.polls < _PATIENCE else _SPIN_NS)
+        self.port.clock.hold(ACCESS_NS if self.polls < _PATIENCE else _SPIN_NS)
         if offset == IC_DATA_CMD:
             return self._pop()
         if offset == IC_CLR_TX_ABRT:
@@ -95,7 +99,8 @@ class I2CBlock:
         values = {
             IC_RXFLR: len(self.rx), IC_TXFLR: len(self.tx), IC_TX_ABRT_SOURCE: self.abort_source,
             IC_RAW_INTR_STAT: raw, IC_INTR_STAT: raw & self.plain[IC_INTR_MASK],
-            IC_ENABLE: int(self.enabled), IC_ENABLE_STATUS: int(self.enabled),
+            IC_ENABLE: int(self.enabled) | self.aborting << 1,
+            IC_ENABLE_STATUS: int(self.enabled),
         }  # fmt: skip
         return values[offset] if offset in values else self.plain.get(offset, 0)
 
@@ -107,15 +112,32 @@ class I2CBlock:
 
     def write(self, offset, value):
         self.polls = 0
-        self.port.clock.hold(_ACCESS_NS)
+        self.port.clock.hold(ACCESS_NS)
         if offset == IC_ENABLE:
-            if not value & 1:
-                self.disable()
-            self.enabled = bool(value & 1)
+            self._enable(value)
         elif offset == IC_DATA_CMD:
             self._push(value)
         elif offset != IC_TAR or not self.busy:  # the address is locked while a transfer runs
             self.plain[offset] = value
+
+    def _enable(self, value):
+        if not value & 1:
+            self.disable()
+        elif value & 2 and self.busy:
+            self.aborting = True
+            self._user_abort()
+        self.enabled = bool(value & 1)
+
+    def _user_abort(self):
+        """The ABORT bit: a STOP as soon as the lines allow, until then the bit stays set."""
+        wire = self.wire
+        if wire is not None and self.running and not (wire.bus.scl and wire.bus.sda):
+            return
+        if self.event is not None:
+            self.event.cancel()
+            self.event = None
+        self.aborting = False
+        self._abort(ABRT_USER_ABRT)
 
     def _push(self, value):
         if not self.enabled or self.interrupts & TX_ABRT:
@@ -135,7 +157,7 @@ class I2CBlock:
         self.event = None
         if not self.tx:
             return
-        frequency, wire = self.port.block_settings(self.number)
+        frequency, wire = self.port.peripherals.settings(self.number)
         bit_ns = 1_000_000_000 // frequency
         try:
             self._command(wire, bit_ns)
@@ -184,52 +206,19 @@ class I2CBlock:
             self._later(bit_ns if stop else 0)
 
     def _stop(self):
+        self.running = False
+        if self.wire is None:
+            return
         self.wire.bus.advance(self.port.clock.now_ns)
         self.wire.bus.stop()
-        self.running = False
         self.interrupts |= STOP_DET
         self.wire.release()
 
     def _abort(self, source):
-        """The commands are flushed, their number goes to the top bits of the source, the bus gets a STOP."""
+        """The commands are flushed, their number goes to the top bits of the source, the bus gets
+        a STOP.
+        """
         self.abort_source |= source | len(self.tx) << 23
         self.tx.clear()
         self.interrupts |= TX_ABRT
         self._stop()
-
-
-class BlockPointer:
-    """`ptr32(address)` into a block, in viper's terms: index in words, values signed. Knows the alias regions."""
-
-    def __init__(self, block, offset, alias):
-        self.block, self.offset, self.alias = block, offset, alias
-
-    def __getitem__(self, index):
-        value = self.block.read(self.offset + 4 * index)
-        return (value ^ 0x80000000) - 0x80000000
-
-    def __setitem__(self, index, value):
-        offset, value = self.offset + 4 * index, value & 0xFFFFFFFF
-        if self.alias:
-            before = self.block.read(offset)
-            value = (None, before ^ value, before | value, before & ~value)[self.alias]
-        self.block.write(offset, value)
-
-
-class TimerPointer:
-    """The microsecond counter (TIMERAWL) for viper code that measures without allocating."""
-
-    _LOW_WORDS = (0x0C, 0x28)
-    _HIGH_WORDS = (0x08, 0x24)
-
-    def __init__(self, port, offset):
-        self.port, self.offset = port, offset
-
-    def __getitem__(self, index):
-        offset = self.offset + 4 * index
-        self.port.clock.hold(_ACCESS_NS)
-        if offset in self._LOW_WORDS:
-            return ((self.port.timer_us() & 0xFFFFFFFF) ^ 0x80000000) - 0x80000000
-        if offset in self._HIGH_WORDS:
-            return self.port.timer_us() >> 32
-        raise IndexError("timer register 0x%02X is not modelled" % offset)

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""MicroPython's scheduler: a queue of eight callbacks that run between bytecodes of the main program."""
+"""MicroPython's scheduler: a queue of eight callbacks that run between bytecodes of the main
+program.
+"""
 
 from collections import deque
 
@@ -7,7 +9,9 @@ DEPTH = 8
 
 
 class Scheduler:
-    """Soft callbacks wait here; `run()` empties the queue, and callbacks never pre-empt each other."""
+    """Soft callbacks wait here; `run()` empties the queue, and callbacks never pre-empt each
+    other.
+    """
 
     def __init__(self, report=None, depth=DEPTH):
         self.report = report  # takes the exception of a callback; None lets it through

@@ -25,7 +25,9 @@ def ticks_diff(end, start):
 
 
 def make_module(clock, before_wrap_s=START_BEFORE_WRAP_S, call_ns=1_000):
-    """Return a `time` module; each tick read costs `call_ns`, so that a busy wait comes to its end."""
+    """Return a `time` module; each tick read costs `call_ns`, so that a busy wait comes to its
+    end.
+    """
     us_offset = PERIOD - int(before_wrap_s * 1e6)
     ms_offset = PERIOD - int(before_wrap_s * 1e3)
 

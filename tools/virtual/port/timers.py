@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""`machine.Timer`: re-armed from the scheduled instant, soft unless the port and version know hard ones."""
+"""`machine.Timer`: re-armed from the scheduled instant, soft unless the port and version know hard
+ones.
+"""
 
 ONE_SHOT, PERIODIC = 0, 1
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What differs between the ports, from the sources of MicroPython 1.25 (ports/rp2, ports/esp32)."""
+"""What differs between the ports, from MicroPython 1.25 (ports/rp2, ports/esp32)."""
 
 from typing import NamedTuple
 

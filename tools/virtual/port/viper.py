@@ -1,27 +1,32 @@
 # SPDX-License-Identifier: MIT
 """`micropython.viper` on CPython: executes the function and checks it.
 
-What would wrap, be cut or be read from beside a buffer on the board raises here: OverflowError, IndexError or
-ZeroDivisionError naming function, line and operands. What the board's compiler refuses raises ViperTypeError when the
-function is defined. Everything else gives the board's result bit for bit.
+What would wrap, be cut or be read from beside a buffer on the board raises here: OverflowError,
+IndexError or ZeroDivisionError naming function, line and operands. What the board's compiler
+refuses raises ViperTypeError when the function is defined. Everything else gives the board's
+result bit for bit.
 """
 
 import ast
 import builtins
+import errno
 import linecache
 import types
 
 from .viper_compile import Function
 from .viper_consts import file_constants
-from .viper_expr import LIMITS, ViperTypeError
+from .viper_values import LIMITS, ViperTypeError
 
 _FORMATS = {"ptr": "B", "ptr8": "B", "ptr16": "H", "ptr32": "i"}
 _files = {}
-address_space = []  # callables (address, pointer kind) -> object with [index] or None; a Port adds its peripherals
+# callables (address, pointer kind) -> object with [index], or None; a Port adds its peripherals
+address_space = []
 
 
 def overflow(value, title, line, text, variables):
-    """Report a result that 32 bits (or a shift count that 0..31, or a store that its element) cannot hold."""
+    """Report a result that 32 bits (or a shift count that 0..31, or a store that its element)
+    cannot hold.
+    """
     names = [
         node.id
         for node in ast.walk(ast.parse(text.removeprefix("store of ")))
@@ -51,7 +56,9 @@ def number(value, kind, title, line, text):
 
 
 def pointer(value, kind, title):
-    """Return what pointer type `kind` reads and writes: a view of a buffer, or the peripheral at an address."""
+    """Return what pointer type `kind` reads and writes: a view of a buffer, or the peripheral at
+    an address.
+    """
     if isinstance(value, int):
         for lookup in address_space:
             memory = lookup(value & 0xFFFFFFFF, kind)
@@ -70,7 +77,15 @@ def pointer(value, kind, title):
     return view[: len(view) // size * size].cast(_FORMATS[kind])
 
 
+def oserror(code):
+    """`OSError(code)` with its errno, which CPython sets only when a text comes with it."""
+    if isinstance(code, int):
+        return OSError(code, errno.errorcode.get(code, ""))
+    return OSError(code)
+
+
 _HELPERS = {
+    "_viper_oserror": oserror,
     "_viper_overflow": overflow,
     "_viper_index": bad_index,
     "_viper_number": number,
@@ -100,7 +115,9 @@ def _parsed(filename):
 
 
 def _code_of(function, filename, outer_names):
-    """Compile the translated function inside a scope that has `outer_names`, and return its code object."""
+    """Compile the translated function inside a scope that has `outer_names`, and return its code
+    object.
+    """
     arguments = ast.arguments([], [ast.arg(n) for n in outer_names], None, [], [], None, [])
     outer = ast.FunctionDef("outer", arguments, [function], [])
     module = ast.fix_missing_locations(ast.Module([outer], []))
@@ -113,7 +130,9 @@ def _code_of(function, filename, outer_names):
 
 
 def viper(function):
-    """Decorator: the checked twin of `function`, with its globals and closure; `__wrapped__` is the original."""
+    """Decorator: the checked twin of `function`, with its globals and closure; `__wrapped__` is
+    the original.
+    """
     filename = function.__code__.co_filename
     definitions, constants = _parsed(filename)
     definition = definitions.get(function.__code__.co_firstlineno)

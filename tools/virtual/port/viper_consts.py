@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Compile-time constants as MicroPython's parser sees them: `NAME = const(...)` and folded integers."""
+"""Compile-time constants as MicroPython's parser sees them: `NAME = const(...)` and folded
+integers.
+"""
 
 import ast
 import operator
@@ -59,7 +61,7 @@ def is_const_statement(node):
 
 
 def file_constants(tree):
-    """Return {name: (value, line)} of the file's integer constants, at whatever depth they stand."""
+    """Return {name: (value, line)} of the file's integer constants, at whatever depth."""
     statements = [node for node in ast.walk(tree) if is_const_statement(node)]
     constants = {}
     for node in sorted(statements, key=lambda node: node.lineno):

@@ -1,63 +1,34 @@
 # SPDX-License-Identifier: MIT
-"""Expressions of the checked viper: the types MicroPython's native emitter gives them, and the checks put in.
-
-Types and errors follow `py/emitnative.c` of MicroPython 1.25: a literal beyond 31 bits is an object, a subscript of a
-pointer is an `int`, a binary operation has its left operand's type, a call returns an object.
-"""
+"""Expressions of the checked viper, with the types that MicroPython's native emitter gives."""
 
 import ast
-from typing import NamedTuple
 
+from .viper_arith import Arithmetic
 from .viper_consts import fold
-from .viper_ranges import INT_RANGE, UINT_RANGE, clip, result_range, union, within
-
-OBJECT, BOOL, INT, UINT, NONE = "object", "bool", "int", "uint", "None"
-POINTERS = ("ptr", "ptr8", "ptr16", "ptr32")
-NUMBERS = (INT, UINT)
-LIMITS = {INT: INT_RANGE, UINT: UINT_RANGE}
-LOADS = {"ptr8": (0, 255), "ptr16": (0, 65535), "ptr32": INT_RANGE, "ptr": (0, 255)}
-SMALL_INT = (-(2**30), 2**30 - 1)
-TEMP = "_viper_t"
-_BITWISE = (ast.BitAnd, ast.BitOr, ast.BitXor)
-
-
-class ViperTypeError(Exception):
-    """The compiler on the board refuses this function."""
-
-
-class Value(NamedTuple):
-    """A translated expression: its node, viper type and, for numbers, the interval it lies in."""
-
-    node: ast.expr
-    kind: str
-    range: tuple | None = None
+from .viper_ranges import UINT_RANGE, union, within
+from .viper_values import (
+    BOOL,
+    INT,
+    LOADS,
+    NONE,
+    NUMBERS,
+    OBJECT,
+    POINTERS,
+    SMALL_INT,
+    TEMP,
+    UINT,
+    Value,
+    ViperTypeError,
+    call,
+    guarded,
+    name,
+)
 
 
-def name(identifier):
-    return ast.Name(identifier, ast.Load())
-
-
-def call(function, *args):
-    return ast.Call(
-        name(function), [a if isinstance(a, ast.AST) else ast.Constant(a) for a in args], []
-    )
-
-
-def guarded(node, limits, known, failure):
-    """`node` if its value lies in `limits`, else the call `failure`; only the sides not `known` are compared."""
-    temp = ast.NamedExpr(ast.Name(TEMP, ast.Store()), node)
-    low, high = ast.Constant(limits[0]), ast.Constant(limits[1])
-    if known[0] >= limits[0]:
-        test = ast.Compare(temp, [ast.LtE()], [high])
-    elif known[1] <= limits[1]:
-        test = ast.Compare(temp, [ast.GtE()], [low])
-    else:
-        test = ast.Compare(low, [ast.LtE(), ast.LtE()], [temp, high])
-    return ast.IfExp(test, name(TEMP), failure)
-
-
-class Expressions:
-    """Translates expressions; `locals` maps names to types, `ranges` to intervals, `constants` as in viper_consts."""
+class Expressions(Arithmetic):
+    """Translates expressions; `locals` maps names to types, `ranges` to intervals, `constants` as
+    in viper_consts.
+    """
 
     def refuse(self, node, text):
         raise ViperTypeError(
@@ -81,7 +52,9 @@ class Expressions:
         return self.constants
 
     def object(self, node):
-        """Translate an operand that is converted to an object: an argument, an element, an attribute's value."""
+        """Translate an operand that is converted to an object: an argument, an element, an
+        attribute's value.
+        """
         value = self.expr(node)
         return ast.Constant(None) if value.kind == NONE else value.node
 
@@ -114,134 +87,18 @@ class Expressions:
 
     def expr_Call(self, node):
         func = node.func
-        if isinstance(func, ast.Name) and func.id not in self.local_names:
-            if func.id in (INT, UINT, BOOL, *POINTERS):
-                if len(node.args) != 1 or node.keywords:
-                    self.refuse(node, "a cast takes one argument")
-                return self.cast(func.id, node.args[0])
+        plain = isinstance(func, ast.Name) and func.id not in self.local_names
+        if plain and func.id in (INT, UINT, BOOL, *POINTERS):
+            if len(node.args) != 1 or node.keywords:
+                self.refuse(node, "a cast takes one argument")
+            return self.cast(func.id, node.args[0])
         target = self.expr(func)
+        if plain and func.id == "OSError" and len(node.args) == 1:
+            target = Value(name("_viper_oserror"), OBJECT)
         if target.kind != OBJECT:
             self.refuse(node, "calling '%s'" % target.kind)
         keywords = [ast.keyword(k.arg, self.object(k.value)) for k in node.keywords]
         return Value(ast.Call(target.node, [self.object(a) for a in node.args], keywords), OBJECT)
-
-    def cast(self, kind, node):
-        """Casts between native types reinterpret the bits; a cast of an object converts, and is checked."""
-        value = self.expr(node)
-        if kind in POINTERS:
-            return Value(call("_viper_pointer", value.node, kind, self.title), kind)
-        if value.kind in POINTERS or value.kind == NONE or (kind == BOOL and value.kind != OBJECT):
-            self.refuse(node, "cast of '%s' to '%s'" % (value.kind, kind))
-        if kind == BOOL:
-            return Value(call("bool", value.node), BOOL)
-        if value.kind == OBJECT:
-            return self.convert(value, kind, node)
-        if value.kind == BOOL:
-            return Value(ast.IfExp(value.node, ast.Constant(1), ast.Constant(0)), kind, (0, 1))
-        return self.reinterpret(value, kind)
-
-    def convert(self, value, kind, node):
-        if isinstance(value.node, ast.Constant) and value.range:
-            bits = value.range[0] & 0xFFFFFFFF
-            number = bits if kind == UINT else (bits ^ 2**31) - 2**31
-            return Value(ast.Constant(number), kind, (number, number))
-        text = ast.unparse(node)
-        return Value(
-            call("_viper_number", value.node, kind, self.title, node.lineno, text),
-            kind,
-            LIMITS[kind],
-        )
-
-    def reinterpret(self, value, kind):
-        """The same 32 bits as the other number type."""
-        if within(value.range, LIMITS[kind]):
-            return Value(value.node, kind, value.range)
-        if kind == UINT:
-            return Value(
-                ast.BinOp(value.node, ast.BitAnd(), ast.Constant(0xFFFFFFFF)), UINT, UINT_RANGE
-            )
-        top = ast.Constant(2**31)
-        flipped = ast.BinOp(value.node, ast.BitXor(), top)
-        return Value(ast.BinOp(flipped, ast.Sub(), top), INT, INT_RANGE)
-
-    def expr_BinOp(self, node):
-        return self.binary(node, self.expr(node.left), self.expr(node.right))
-
-    def binary(self, node, left, right):
-        if left.kind in NUMBERS and right.kind in NUMBERS:
-            return self.arithmetic(node, left, right)
-        if left.kind == OBJECT and right.kind == OBJECT:
-            if isinstance(node.op, ast.Div):
-                self.refuse(node, "a float in viper")
-            return Value(ast.BinOp(left.node, node.op, right.node), OBJECT)
-        self.refuse(node, "can't do binary op between '%s' and '%s'" % (left.kind, right.kind))
-
-    def arithmetic(self, node, left, right):
-        op = node.op
-        if isinstance(op, (ast.Div, ast.Pow, ast.MatMult)):
-            self.refuse(node, "binary op not implemented")
-        if isinstance(op, (ast.FloorDiv, ast.Mod)):
-            if left.kind != INT:
-                self.refuse(node, "div/mod not implemented for uint")
-            right = self.reinterpret(right, INT)
-        elif isinstance(op, _BITWISE):
-            right = self.reinterpret(right, left.kind)
-        elif isinstance(op, (ast.LShift, ast.RShift)):
-            right = self.shift_count(node, right)
-        exact = result_range(op, left.range, right.range)
-        return self.checked(ast.BinOp(left.node, op, right.node), left.kind, exact, node)
-
-    def shift_count(self, node, count):
-        if within(count.range, (0, 31)):
-            return count
-        failure = call(
-            "_viper_overflow", name(TEMP), self.title, node.lineno, self.text(node), call("locals")
-        )
-        return Value(
-            guarded(count.node, (0, 31), count.range, failure),
-            count.kind,
-            clip(count.range, (0, 31)),
-        )
-
-    def text(self, node):
-        if isinstance(node, ast.AugAssign):
-            return "%s" % ast.unparse(node)
-        return ast.unparse(node)
-
-    def checked(self, result, kind, exact, source):
-        """`result` with the check that its type's 32 bits hold it, when its interval does not prove that."""
-        limits = LIMITS[kind]
-        if not within(exact, limits):
-            failure = call(
-                "_viper_overflow",
-                name(TEMP),
-                self.title,
-                source.lineno,
-                self.text(source),
-                call("locals"),
-            )
-            result = guarded(result, limits, exact, failure)
-        return Value(result, kind, clip(exact, limits))
-
-    def expr_UnaryOp(self, node):
-        value = self.expr(node.operand)
-        if isinstance(node.op, ast.Not):
-            self.refuse(node, "unary op not implemented; use an if")
-        if value.kind == OBJECT:
-            return Value(ast.UnaryOp(node.op, value.node), OBJECT)
-        if value.kind not in NUMBERS:
-            self.refuse(node, "unary op on '%s'" % value.kind)
-        if isinstance(node.op, ast.UAdd):
-            return value
-        low, high = value.range or (0, 0)
-        if isinstance(node.op, ast.USub):
-            exact = value.range and (-high, -low)
-            return self.checked(ast.UnaryOp(node.op, value.node), value.kind, exact, node)
-        if value.kind == UINT:
-            return Value(
-                ast.BinOp(value.node, ast.BitXor(), ast.Constant(0xFFFFFFFF)), UINT, UINT_RANGE
-            )
-        return Value(ast.UnaryOp(node.op, value.node), INT, value.range and (~high, ~low))
 
     def expr_Compare(self, node):
         values = [self.expr(e) for e in (node.left, *node.comparators)]

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Interval arithmetic for the checked viper: which results need no check because they cannot overflow."""
+"""Interval arithmetic for the checked viper: which results need no check because they cannot
+overflow.
+"""
 
 import ast
 
@@ -79,7 +81,7 @@ _RULES = {
 
 
 def result_range(operator, a, b):
-    """Interval of the exact result of `a operator b`; the empty interval when an operand is empty."""
+    """Interval of the exact result of `a operator b`; empty when an operand is empty."""
     if a is None or b is None:
         return None
     return _RULES[type(operator)](a, b)

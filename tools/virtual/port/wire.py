@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Bytes on a virtual Bus with their time: one START or STOP is a bit, one byte with its acknowledge nine."""
+"""Bytes on a virtual Bus with their time: one START or STOP is a bit, one byte with its
+acknowledge nine.
+"""
 
 from tools.virtual.bus import Bus
 
@@ -54,8 +56,9 @@ class Wire:
         self.clock.hold(bit_ns)
 
     def bit_bang_probe(self, address, bit_ns):
-        """START, address for writing and STOP by hand, as a zero-length write does it; True when SDA reads low at the
-        ninth clock, which is an ACK or a slave that holds the line. None when SCL is held low.
+        """START, address for writing and STOP by hand, as a zero-length write does it; True when
+        SDA reads low at the ninth clock, which is an ACK or a slave that holds the line. None when
+        SCL is held low.
 
         The nine clocks free a slave that was stuck in a byte.
         """
