@@ -11,12 +11,11 @@ from pathlib import Path
 from . import viper
 
 ROOT = Path(__file__).resolve().parents[3]
-_HOST = frozenset(
-    ["array", "binascii", "builtins", "cmath", "collections", "deflate", "hashlib", "heapq", "io", "json", "math", "random", "re", "struct", "uctypes"]
+_HOST = set(
+    """array binascii builtins cmath collections deflate hashlib heapq io json math random re
+    struct uctypes""".split()
 )
-_REPLACED = frozenset(
-    "asyncio errno gc machine micropython os rp2 esp32 select sys time".split()  # noqa: SIM905
-)
+_REPLACED = set("asyncio errno gc machine micropython os rp2 esp32 select sys time".split())
 
 
 def board_names(paths):
@@ -82,6 +81,7 @@ class Importer:
         self.port, self.replaced = port, replaced
         self.paths = [*map(str, extra_paths), str(ROOT / "lib"), str(ROOT)]
         self.names = board_names([*extra_paths, ROOT / "lib"]) | {"firmware", "main", "boot"}
+        viper.install_types()  # before the copy that board code sees
         self.builtins = {
             **vars(builtins),
             "__import__": self.board_import,
