@@ -11,11 +11,14 @@ from pathlib import Path
 from . import viper
 
 ROOT = Path(__file__).resolve().parents[3]
-_HOST = set(
-    """array binascii builtins cmath collections deflate hashlib heapq io json math random re
-    struct uctypes""".split()
-)
-_REPLACED = set("asyncio errno gc machine micropython os rp2 esp32 select sys time".split())
+_HOST = {
+    "array", "binascii", "builtins", "cmath", "collections", "deflate", "hashlib", "heapq",
+    "io", "json", "math", "random", "re", "struct", "uctypes",
+}  # fmt: skip
+_REPLACED = {
+    "asyncio", "errno", "gc", "machine", "micropython", "os", "rp2", "esp32", "select", "sys",
+    "time",
+}  # fmt: skip
 
 
 def board_names(paths):

@@ -36,10 +36,10 @@ class PinState:
             return 0
         if self.function == "SIO" and self.mode == "OUT":
             return 1
+        if self.external is not None:  # soldered to something, whatever else the pin could be
+            return self.external
         if self.line is not None:
             return self.pins.line_level(self)
-        if self.external is not None:
-            return self.external
         return 1 if self.pull == "PULL_UP" else 0
 
     def drive(self, level):

@@ -60,6 +60,7 @@ class Port:
         self._make_modules(call_ns, paths)
 
     def _make_modules(self, call_ns, paths):
+        viper.install_types()
         self.time = ticks.make_module(self.clock, self._before_wrap_s, call_ns)
         self.machine = machine.make_module(self)
         modules = board_modules.make_modules(self)
@@ -73,7 +74,6 @@ class Port:
 
     def __enter__(self):
         self.root = Path(self.root or os.getcwd())
-        viper.install_types()
         self._saved_modules = self.importer.install()
         shared = {"machine", "micropython", self.traits.platform}
         self._replaced = {n: sys.modules.get(n) for n in shared}
