@@ -59,11 +59,11 @@ class Loop:
         self.errors = 0
         self.error = None
         self.edges_missing = 0
-        self._timing.start(self.period_us, self._grid, self._ticks_us())
         if self._ahead is not None:
             self._sources.append(self._source(self.period_us, self._on_lead))
             time.sleep_us(self._lead_us)
         self._sources.append(self._source(self.period_us, self._on_tick))
+        self._timing.start(self.period_us, self._grid, self._ticks_us())
         if self._guard is not None:
             self._sources.append(self._guard(2 * self.period_us, self._on_guard))
 

@@ -13,14 +13,6 @@ PATH = "calibration.txt"
 KIND = "calibration"
 VERSION = 1
 
-# The fields of mpu6050.calibration.Calibration with their lengths and largest magnitude; the
-# datasheet's tolerances (20 deg/s, 80 mg, 3 %, 2 % cross-axis) lie far within.
-_FIELDS = (
-    ("gyro_bias_dps", 3, 60.0),
-    ("accel_bias_g", 3, 0.5),
-    ("gyro_matrix", 9, 1.5),
-    ("accel_matrix", 9, 1.5),
-)
 _BIAS_MAX_DPS = 40.0  # initial offset and drift over temperature (PS section 6.1)
 
 
@@ -46,40 +38,36 @@ def sensor(board, config):
 
 def calibration(imu, config):
     """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
-    fields, warnings = load_calibration()
+    cal, warnings = load_calibration()
+    if cal.who_am_i not in (None, imu.who_am_i):
+        warnings.append("%s was made with another kind of sensor" % PATH)
     if config.rest_s:
         bias, why = gyro_bias(imu, config.rest_s, config.still_dps)
         if bias:
-            fields["gyro_bias_dps"] = bias
+            cal = cal.but(gyro_bias_dps=bias)
         else:
-            kept = "the stored one" if "gyro_bias_dps" in fields else "zero"
-            warnings.append("gyro bias not measured, %s is used: %s" % (kept, why))
-    return Calibration(**fields), warnings
+            warnings.append("gyro bias not measured, the stored one (or zero) is used: " + why)
+    return cal, warnings
 
 
 def load_calibration(path=PATH):
-    """(fields, warnings): what is stored, as keyword arguments of Calibration; maybe empty."""
+    """(Calibration, warnings) of what is stored; the ideal one when there is none."""
     stored, warnings = store.load(path, KIND, VERSION)
-    fields = {}
-    for name, length, largest in _FIELDS:
-        value = (stored or {}).get(name)
-        if value is None:
-            continue
-        # `<=` is false for nan, so a nan is refused as well
-        if (
-            isinstance(value, tuple)
-            and len(value) == length
-            and all(isinstance(x, (int, float)) and abs(x) <= largest for x in value)
-        ):
-            fields[name] = tuple(float(x) for x in value)
-        else:
-            warnings.append("%s: %s is not %d sound numbers: ignored" % (path, name, length))
-    return fields, warnings
+    if stored:
+        if "date" in stored:
+            stored["date"] = str(stored["date"])
+        try:
+            return Calibration.from_dict(stored), warnings
+        except ValueError as error:
+            warnings.append("%s: %s; none used" % (path, error))
+    return Calibration(), warnings
 
 
-def save_calibration(fields, path=PATH):
-    """Store a dict of Calibration's fields, and notes (residual, date, ...) if it has them."""
-    store.save(path, KIND, VERSION, fields)
+def save_calibration(cal, path=PATH):
+    """Store a Calibration safely (firmware.store). OSError when the flash refuses."""
+    fields = cal.to_dict()
+    del fields["version"]
+    store.save(path, KIND, VERSION, {k: v for k, v in fields.items() if v not in (None, "")})
 
 
 def gyro_bias(imu, seconds, still_dps):

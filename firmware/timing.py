@@ -50,9 +50,6 @@ def account(words: ptr32, bins: ptr32, now: int) -> int:
     lost = 0
     if words[_GRID]:
         late = ((now - words[_DEADLINE] + 0x20000000) & 0x3FFFFFFF) - 0x20000000
-        if words[_TICKS] == 0:
-            late = 0  # the first tick sets the grid
-            words[_DEADLINE] = now
         if late < 0 - (period >> 2):
             words[_EXTRA] += 1
             return 0
@@ -125,7 +122,7 @@ class Timing:
         return self.words[_RUNNING] == 1
 
     def start(self, period_us, grid, now):
-        """Begin anew: period in microseconds, grid as in Loop, the instant from ticks_us."""
+        """Begin anew: period in microseconds, grid as in Loop, from the instant now (ticks_us)."""
         words = self.words
         for i in range(_WORDS):
             words[i] = 0
@@ -136,6 +133,7 @@ class Timing:
         words[_TOOK] = -1
         words[_DT_MIN] = words[_EARLIEST] = _FAR
         words[_LAST] = now
+        words[_DEADLINE] = (now + period_us) & (2 * _FAR - 1)
         words[_RUNNING] = 1
 
     def stop(self):
