@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Quaternions as tuples (w, x, y, z), scalar first, sensor to earth."""
 
-from math import sqrt
+from math import atan2, degrees, sqrt
 
 
 def product(p, q):
@@ -42,3 +42,29 @@ def levelling(x, y, z):
     if z < -0.9999 * n:  # upside down: every level axis is as short
         return (0.0, 1.0, 0.0, 0.0)
     return unit((n + z, y, -x, 0.0))
+
+
+class Orientation:
+    """Angles of whatever has a quaternion()."""
+
+    def gravity(self):
+        """Unit vector in sensor axes that points up: what it would read at rest, in g."""
+        return rotate_back(self.quaternion(), 0.0, 0.0, 1.0)
+
+    @property
+    def roll_deg(self):
+        """Rotation about x, -180 to 180 degrees."""
+        _, y, z = self.gravity()
+        return degrees(atan2(y, z))
+
+    @property
+    def pitch_deg(self):
+        """Rotation about y, -90 to 90 degrees."""
+        x, y, z = self.gravity()
+        return degrees(atan2(-x, sqrt(y * y + z * z)))
+
+    @property
+    def yaw_deg(self):
+        """Rotation about the vertical since the start, -180 to 180 degrees."""
+        w, x, y, z = self.quaternion()
+        return degrees(atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Gyro bias, learned whenever the sensor rests and trimmed by its user while it moves."""
+
+_MEAN_S = 0.5
+
+
+class GyroBias:
+    """Finds rest and keeps `.bias_dps` (a list of three), from means over short blocks.
+
+    rest_s          how long it must be still before it counts as rest
+    average_s       averaging time of the bias at rest
+    gyro_dps, accel_g   largest deviation from the half-second mean that is still
+    limit_dps       bias change that is believed; a steady rate beyond it is motion, not bias
+    start_limit_dps the same before the first rest (datasheet: +-20 deg/s from the factory)
+    """
+
+    def __init__(self, rest_s=1.5, average_s=6.0, gyro_dps=1.0, accel_g=0.04, limit_dps=2.0,
+                 start_limit_dps=20.0):
+        self.rest_s = rest_s
+        self.average_s = average_s
+        self.gyro_dps = gyro_dps
+        self.accel_g = accel_g
+        self.limit_dps = limit_dps
+        self.start_limit_dps = start_limit_dps
+        self.reset()
+
+    def reset(self):
+        """Forget the bias and what rest looked like."""
+        self.bias_dps = [0.0, 0.0, 0.0]
+        self.mean = None  # of the last half second: gyro (deg/s), accelerometer (g)
+        self.learned = False  # has rested once
+        self.moved = False
+        self._home = [0.0, 0.0, 0.0]  # the bias as last seen at rest
+        self._still_s = self._rested_s = 0.0
+
+    @property
+    def at_rest(self):
+        """True when it has stood still for rest_s."""
+        return self._still_s >= self.rest_s
+
+    @property
+    def _limit(self):
+        return self.limit_dps if self.learned else self.start_limit_dps
+
+    def update(self, now, span_s):
+        """Take a block's means: gyro x y z in deg/s, accelerometer x y z in g, over span_s."""
+        if self._is_still(now, span_s):
+            self._still_s = min(self._still_s + span_s, self.rest_s)
+        else:
+            self._still_s = 0.0
+            self.moved = True
+        if not self.at_rest:
+            return
+        self._home = self.mean[:3]
+        if not self.learned:
+            self.learned = True
+            self.bias_dps = self.mean[:3]
+        self._rested_s = min(self._rested_s + span_s, self.average_s)
+        k = min(1.0, span_s / self._rested_s)
+        for i in range(3):
+            self.bias_dps[i] += k * (now[i] - self.bias_dps[i])
+
+    def _is_still(self, now, span_s):
+        """Whether gyro and accelerometer stay at their mean, and the gyro near its bias."""
+        if self.mean is None:
+            self.mean = list(now)
+        mean = self.mean
+        k = min(1.0, span_s / _MEAN_S)
+        still = True
+        for i in range(6):
+            mean[i] += k * (now[i] - mean[i])
+            if abs(now[i] - mean[i]) > (self.gyro_dps if i < 3 else self.accel_g):
+                still = False
+            if i < 3 and abs(now[i] - self._home[i]) > self._limit:
+                still = False
+        return still
+
+    def trim(self, change_dps):
+        """Add a change learned in motion; stays near the bias last seen at rest."""
+        for i in range(3):
+            home = self._home[i]
+            bias = self.bias_dps[i] + change_dps[i]
+            self.bias_dps[i] = max(home - self._limit, min(home + self._limit, bias))
+
+    def state(self):
+        """All that changes, for set_state()."""
+        return (tuple(self.bias_dps), self.mean and tuple(self.mean), self.learned, self.moved,
+                tuple(self._home), self._still_s, self._rested_s)
+
+    def set_state(self, state):
+        """Go on from a state()."""
+        (bias, mean, self.learned, self.moved, home, self._still_s, self._rested_s) = state
+        self.bias_dps = list(bias)
+        self.mean = mean and list(mean)
+        self._home = list(home)
