@@ -13,6 +13,7 @@ from time import sleep_ms
 import micropython
 from micropython import const
 
+from mpu6050 import ranges
 from mpu6050.profiles import identify
 from mpu6050.registers import Registers
 
@@ -33,26 +34,6 @@ _PWR_MGMT_2 = const(0x6C)  # LP_WAKE_CTRL [7:6], standby of each axis [5:0]
 
 _PLL_GYRO_X = const(0x01)  # CLKSEL: RM p. 41 recommends a gyro's clock over the internal one
 _GYRO_START_MS = const(35)  # PS p. 12: 30 ms from sleep to within 1 % of the final value
-
-# Range code (FS_SEL, AFS_SEL: the place in the table), full scale, counts per unit (RM p. 29, 31)
-_GYRO_DPS = ((250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4))
-_ACCEL_G = ((2, 16384), (4, 8192), (8, 4096), (16, 2048))
-# DLPF_CFG is the place; accelerometer bandwidth in Hz, the gyro's output rate in Hz (RM p. 13)
-_DLPF_HZ = ((260, 8000), (184, 1000), (94, 1000), (44, 1000), (21, 1000), (10, 1000), (5, 1000))
-
-
-def _row(table, wanted, name):
-    for code, row in enumerate(table):
-        if row[0] == wanted:
-            return code, row[1]
-    raise ValueError("%s=%s: choose one of %s" % (name, wanted, [row[0] for row in table]))
-
-
-def _divider(gyro_rate, rate_hz):
-    if not gyro_rate / 256 <= rate_hz <= gyro_rate:
-        limits = (rate_hz, gyro_rate / 256, gyro_rate)
-        raise ValueError("rate_hz=%s: choose from %s to %s at this dlpf_hz" % limits)
-    return round(gyro_rate / rate_hz) - 1
 
 
 @micropython.viper
@@ -78,14 +59,15 @@ class MPU6050(Registers):
 
     def __init__(self, i2c, address=0x68, gyro_dps=500, accel_g=8, dlpf_hz=44, rate_hz=1000,
                  allow_unknown=False):  # fmt: skip
-        gyro_code, self.gyro_lsb_per_dps = _row(_GYRO_DPS, gyro_dps, "gyro_dps")
-        accel_code, self.accel_lsb_per_g = _row(_ACCEL_G, accel_g, "accel_g")
-        dlpf_code, gyro_rate = _row(_DLPF_HZ, dlpf_hz, "dlpf_hz")
-        divider = _divider(gyro_rate, rate_hz)
+        gyro_code, self.gyro_lsb_per_dps = ranges.gyro(gyro_dps)
+        accel_code, self.accel_lsb_per_g = ranges.accel(accel_g)
+        dlpf_code, gyro_rate = ranges.dlpf(dlpf_hz)
+        divider = ranges.divider(gyro_rate, rate_hz)
         self.gyro_range_dps, self.accel_range_g, self.dlpf_hz = gyro_dps, accel_g, dlpf_hz
         super().__init__(i2c, address)
         self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
         self._burst = bytearray(14)
+        self._split = None
         self.use_bus(i2c)
         self.who_am_i, self.profile = identify(self, allow_unknown)
         # (register, value, mask) row after row; waking comes first, or nothing else works
@@ -111,9 +93,11 @@ class MPU6050(Registers):
 
     def use_bus(self, i2c):
         """Work on this bus object from now on, for instance after a bus recovery."""
-        self.bus = i2c
-        self._split = None
-        self._busy = b"\0"
+        if self._split:
+            if self._busy[0]:
+                self._split.finish()
+            del self.read, self.start, self.collect
+        self.bus, self._split, self._busy = i2c, None, b"\0"
         if sys.platform == "rp2" and str(i2c).startswith("I2C("):
             from mpu6050.split_rp2 import Split
 
@@ -183,8 +167,8 @@ class MPU6050(Registers):
 
     def set_range(self, gyro_dps=None, accel_g=None):
         """Change full scales (deg/s, g) and with them the scale of all that is read later."""
-        gyro = _row(_GYRO_DPS, gyro_dps or self.gyro_range_dps, "gyro_dps")
-        accel = _row(_ACCEL_G, accel_g or self.accel_range_g, "accel_g")
+        gyro = ranges.gyro(gyro_dps or self.gyro_range_dps)
+        accel = ranges.accel(accel_g or self.accel_range_g)
         if gyro_dps:
             self.set_bits(_GYRO_CONFIG, gyro[0] << 3, 0x18)
             self.gyro_range_dps, self.gyro_lsb_per_dps = gyro_dps, gyro[1]

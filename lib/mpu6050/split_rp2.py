@@ -39,7 +39,7 @@ _LIMIT_US = const(4)
 _ADDRESS = const(0)
 _LEFT = const(1)
 
-_blocks = {}  # block address: (shared words, {sensor address: Split})
+_blocks = {}  # type: dict  # block address: (shared words, {sensor address: Split})
 
 
 def _shared(i2c):
