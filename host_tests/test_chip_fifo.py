@@ -179,6 +179,20 @@ def test_latched_until_anything_is_read():
     assert chip.int_level == 0
 
 
+def test_sample_within_a_burst_keeps_its_interrupt():
+    """Clearing on any read happens at the start of the read: nothing is lost."""
+    chip, master = make()
+    slow = Master(master.bus)  # 400 kHz: a burst takes 0.4 ms
+    master.write(0x37, 0x30)
+    master.write(0x38, 0x01)
+    sample = chip.next_event_ns()
+    master.run_until(sample + 3_900_000)
+    assert chip.int_level == 1
+    slow.counts()
+    assert chip.now_ns > sample + 4_000_000
+    assert chip.int_level == 1
+
+
 def test_active_low():
     chip, master = make()
     master.write(0x37, 0xA0)

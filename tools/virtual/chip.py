@@ -37,6 +37,7 @@ class MPU6050Chip(Part):
     _pointer_next = False
     _in_transaction = False
     _latched = False
+    _clears = False
     _latch_ns = 0
     _busy_until = 0
     _count_low = 0
@@ -53,6 +54,7 @@ class MPU6050Chip(Part):
             if self._eager:
                 self._latch()
         self._pointer_next = not read
+        self._clears = read
         return True
 
     def write(self, value):
@@ -79,8 +81,10 @@ class MPU6050Chip(Part):
             value = self.registers[address]
         else:
             value = self._read_register(address)
-        if self._pin.status and self.registers[reg.INT_PIN_CFG] & CLEAR_ON_ANY_READ:
-            self._pin.take()
+        if self._clears:  # once a transaction: what comes within a burst stays
+            self._clears = False
+            if self.registers[reg.INT_PIN_CFG] & CLEAR_ON_ANY_READ:
+                self._pin.take()
         return value
 
     def _read_register(self, address):
