@@ -9,8 +9,8 @@ that works the registers itself would notice:
   it) and when an abort flushes the FIFO, so that a NACK is EIO and not a time-out;
 - IC_TX_ABRT_SOURCE is cleared by IC_CLR_TX_ABRT and not by looking at it, and until then
   commands are dropped;
-- IC_ENABLE = 0 ends a transfer that hangs on a held line. Others go on: the SDK disables the
-  block for an instant between the two halves of a repeated start.
+- IC_ENABLE = 0 forgets an abort and ends a transfer that hangs on a held line. Others go on: the
+  SDK disables the block for an instant between the two halves of a repeated start.
 """
 
 from rp2040py.peripherals import i2c
@@ -160,9 +160,16 @@ class I2CBlock(i2c.RPI2C):
     def write_uint32(self, offset, value):
         if offset == i2c.IC_DATA_CMD and self.int_raw & i2c.R_TX_ABRT:
             return  # the FIFO is held empty until the abort is cleared
-        if offset == i2c.IC_ENABLE and not value & i2c.ENABLE and self._hung:
-            self._give_up()
+        if offset == i2c.IC_ENABLE and not value & i2c.ENABLE:
+            self._disable()
         super().write_uint32(offset, value)
+
+    def _disable(self):
+        if self._hung:
+            self._give_up()
+        if self._state == i2c.I2CState.IDLE:
+            self.abort_source = 0
+            self._clear_interrupts(i2c.R_TX_ABRT)
 
     def reset(self):
         self._give_up()
