@@ -4,6 +4,8 @@
 from array import array
 
 import micropython
+from micropython import const
+
 from attitude.fixed.folding import (
     ACCEL_LSB_PER_G,
     GYRO_LSB_PER_DPS,
@@ -12,7 +14,6 @@ from attitude.fixed.folding import (
     fold_gyro,
     lsb,
 )
-from micropython import const
 
 _ACCEL = const(0)  # in every filter's array: 9 coefficients and 3 offsets, Q14, see fold_accel
 _GYRO = const(12)  # 3 coefficients a row, then the offsets, see fold_gyro

@@ -2,9 +2,10 @@
 """KalmanTilt for roll and pitch in one viper call, from raw counts, without allocation."""
 
 import micropython
+from micropython import const
+
 from attitude.fixed.base import Fixed
 from attitude.fixed.gains import gain_rows
-from micropython import const
 
 # Places in the working array; 0 to 11 are the accelerometer's coefficients, 12 to 19 the gyro's
 # of x and y. Angles are in "units" of 1/2048 millidegree: 180 degrees are 2^28.5 and the

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""Settings of the integer Attitude, in seconds, deg/s and g, to its integer coefficients."""
+
+from micropython import const
+
+from attitude.fixed.folding import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
+
+_INC_PER_DPS = 4685077.9  # 2^30 / 4 in radians: times dt it is "inc", see attitude_step
+_FULL_SCALE = 32768 * 1.9  # of three axes and a calibration together
+_SPREAD = 0.7  # rad: longest lag_s * rate that the lag correction's formats hold
+
+# places and formats: attitude_step and attitude_slow
+_E_SHIFT = const(25)
+_LAG_PRE = const(26)
+_LAG = const(27)
+_LAG_POST = const(28)
+_ONE = const(29)
+_K = const(30)
+_K_SHIFT = const(31)
+_K_HALF = const(32)
+_W = const(34)
+_LEFT = const(52)
+_UP_LEFT = const(79)
+_HALF_G = const(87)
+_N = const(88)  # the first of those that attitude_slow names, in its order
+_LEARN = const(103)
+_LEARN_SHIFT = const(104)
+_LOST_BLOCKS = const(105)
+
+
+def set_up(
+    s,
+    rate_hz,
+    gyro_dps,
+    accel_g,
+    tau_s=1.4,
+    rest_tau_s=0.5,
+    bias_tau_s=60.0,
+    rest_bias_s=6.0,
+    rest_s=1.5,
+    rest_gyro_dps=1.0,
+    rest_accel_g=0.04,
+    bias_limit_dps=2.0,
+    start_bias_dps=20.0,
+    lag_s=0.0048,
+):
+    """Fill the coefficients and the start state of the array s.
+
+    start_bias_dps at most 40. lag_s is cut at what the range allows: 10 ms at 2000 deg/s.
+    """
+    if min(tau_s, rest_tau_s, bias_tau_s, rest_bias_s, rest_s) <= 0:
+        raise ValueError("time constants must be positive")
+    if start_bias_dps > 40 or bias_limit_dps > start_bias_dps:
+        raise ValueError("start_bias_dps: at most 40, and not below bias_limit_dps")
+    dt = 1.0 / rate_hz
+    n = max(1, int(rate_hz * 0.02 + 0.5))
+    span = n * dt
+    inc = _INC_PER_DPS * dt
+    lsb_per_g = ACCEL_LSB_PER_G[accel_g]
+
+    s[_E_SHIFT] = {16: 0, 8: 1, 4: 2, 2: 3}[accel_g]
+    dps = _FULL_SCALE / GYRO_LSB_PER_DPS[gyro_dps]
+    lag_s = min(lag_s, _SPREAD / (dps * 0.0174533))
+    _lag(s, inc * dps, lag_s * 4.0 / dt / 32768.0)
+    s[_ONE] = s[_W] = 1 << 30
+    s[_HALF_G] = (lsb_per_g // 16) ** 2
+
+    coefficients = (
+        n,
+        32768.0 * min(1.0, span / 0.5),
+        rest_gyro_dps * inc * n,
+        rest_accel_g * lsb_per_g * n * 64.0,
+        start_bias_dps * inc * n,
+        bias_limit_dps * inc * n,
+        start_bias_dps * inc * 256.0,
+        bias_limit_dps * inc * 256.0,
+        rest_s / span + 0.99,
+        max(1.0, rest_bias_s / span),
+        max(1.0, 1.0 / span),
+        536870912.0 / n,  # 2 dt Q24, for an age in blocks times 16
+        1.6 / span,
+        _gain(dt / tau_s),
+        _gain(dt / rest_tau_s),
+        0,
+        0,
+        2.0 / span,
+        0.5 * lsb_per_g * int(2.0 / span),
+    )
+    for i, value in enumerate(coefficients):
+        s[_N + i] = int(value)
+    s[_LEARN], s[_LEARN_SHIFT] = _mantissa(
+        span / (tau_s * bias_tau_s) * inc * (57.29578 * 256.0 / 32768.0)
+    )
+    s[_LEFT] = n
+    s[_UP_LEFT] = s[_LOST_BLOCKS]
+    s[_K], shift = _mantissa(_gain(20.0 * dt) / 16777216.0)
+    s[_K_SHIFT] = shift - 15
+    s[_K_HALF] = 1 << shift - 16
+
+
+def _gain(k):
+    return 16777216.0 * min(k, 0.249999)
+
+
+def _mantissa(value):
+    """(m, shift): value is m / 2^shift, with m of 15 bits or the shift 29."""
+    shift = 0
+    while shift < 29 and value * (2 << shift) < 32768.0:
+        shift += 1
+    return int(value * (1 << shift)), shift
+
+
+def _lag(s, largest, ratio):
+    pre = 0
+    while largest / (1 << pre) >= 32768.0:
+        pre += 1
+    s[_LAG_PRE] = pre
+    s[_LAG], s[_LAG_POST] = _mantissa(ratio * (1 << pre))

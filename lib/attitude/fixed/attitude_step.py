@@ -1,0 +1,320 @@
+# SPDX-License-Identifier: MIT
+"""The step of the integer Attitude: one viper function, since a call costs as much as a filter.
+
+Qn is a number times 2^n. "inc" is a rate times dt / 4 in 2^-30 rad, so that the sum of two is
+the trapezoid's half angle. No intermediate result leaves 32 bits for any counts: the bounds
+stand at the formats, and the tests run it with every operation checked.
+"""
+
+import micropython
+from micropython import const
+
+from attitude.fixed.attitude_slow import level, slow
+
+_GYRO_SHIFT = const(24)  # 0-11 accelerometer Q14, 12-23 gyro to inc: see folding
+_E_SHIFT = const(25)  # counts * 2^13 -> g * 2^24
+_LAG_PRE = const(26)  # lag_s * rate, an angle Q15, is (inc >> PRE) * LAG >> POST
+_LAG = const(27)
+_LAG_POST = const(28)
+_ONE = const(29)  # 2^30, which is no small integer
+_K = const(30)  # gain * dt = K / 2^(15 + SHIFT), K below 2^15
+_K_SHIFT = const(31)
+_K_HALF = const(32)  # 2^(SHIFT - 1), to round
+_LEVELLED = const(33)
+_W = const(34)  # quaternion, sensor to earth, Q30
+_X = const(35)
+_Y = const(36)
+_Z = const(37)
+_TRIM = const(38)  # (|q|^2 - 1) / 2, Q18: what the next sample takes off
+_VX = const(48)  # velocity and position that should not be there, g * 2^24
+_VY = const(49)
+_PX = const(50)
+_PY = const(51)
+_LEFT = const(52)  # samples until the block is full
+_OVER = const(53)  # the gyro was over its range in this block
+_ROLL = const(60)  # roll, pitch, yaw in millidegrees
+_YAW = const(62)
+_HALF_G = const(87)  # square of half a g in 1/8 counts
+
+# 39-41 inc of the last sample without bias, 42-44 bias as inc Q8, 45-47 its fraction that waits,
+# 54-59 sums of the block: inc with the bias in it, calibrated accelerometer counts
+
+
+@micropython.viper
+def step(self, counts: ptr16):
+    """One sample: counts as the sensor gives them, ax ay az temp gx gy gz (int16)."""
+    s = ptr32(self._s)
+    x = (int(counts[0]) ^ 0x8000) - 0x8000
+    y = (int(counts[1]) ^ 0x8000) - 0x8000
+    z = (int(counts[2]) ^ 0x8000) - 0x8000
+    ax = (s[0] * x + s[1] * y + s[2] * z + s[9]) >> 14
+    ay = (s[3] * x + s[4] * y + s[5] * z + s[10]) >> 14
+    az = (s[6] * x + s[7] * y + s[8] * z + s[11]) >> 14
+    stop = 32751  # 0.9995 of full scale: saturated
+    stuck = x >= stop or y >= stop or z >= stop or x <= -32751 or y <= -32751 or z <= -32751
+    x = (int(counts[4]) ^ 0x8000) - 0x8000
+    y = (int(counts[5]) ^ 0x8000) - 0x8000
+    z = (int(counts[6]) ^ 0x8000) - 0x8000
+    if x >= stop or y >= stop or z >= stop or x <= -32751 or y <= -32751 or z <= -32751:
+        s[_OVER] = 1
+    gx = (s[12] * x + s[13] * y + s[14] * z + s[21]) >> s[_GYRO_SHIFT]
+    gy = (s[15] * x + s[16] * y + s[17] * z + s[22]) >> s[_GYRO_SHIFT]
+    gz = (s[18] * x + s[19] * y + s[20] * z + s[23]) >> s[_GYRO_SHIFT]
+    s[54] += gx
+    s[55] += gy
+    s[56] += gz
+    s[57] += ax
+    s[58] += ay
+    s[59] += az
+
+    # rates less bias; half angle of this sample by the trapezoid rule, Q30
+    t = s[42] + s[45]
+    gx -= t >> 8
+    s[45] = t & 255
+    t = s[43] + s[46]
+    gy -= t >> 8
+    s[46] = t & 255
+    t = s[44] + s[47]
+    gz -= t >> 8
+    s[47] = t & 255
+    x = gx + s[39]
+    y = gy + s[40]
+    z = gz + s[41]
+    s[39] = gx
+    s[40] = gy
+    s[41] = gz
+
+    # sin|x| / |x| = 1 - f, f Q20; 1 - cos|x| and the trim of |q| are g, Q18
+    xh = (x + 16384) >> 15
+    yh = (y + 16384) >> 15
+    zh = (z + 16384) >> 15
+    t = xh * xh + yh * yh + zh * zh
+    g = t >> 15
+    g = g * g >> 12
+    f = ((t >> 10) * 10923 >> 16) - (g * 546 >> 16)
+    g = (t >> 13) - (g * 683 >> 16) + s[_TRIM]
+    x -= xh * f >> 5
+    y -= yh * f >> 5
+    z -= zh * f >> 5
+
+    # q times (1, x, y, z): factors in two parts of 15 bits, v = vh 2^15 + vl, |vl| <= 2^14
+    xh = (x + 16384) >> 15
+    yh = (y + 16384) >> 15
+    zh = (z + 16384) >> 15
+    x -= xh << 15
+    y -= yh << 15
+    z -= zh << 15
+    qw = s[_W]
+    qx = s[_X]
+    qy = s[_Y]
+    qz = s[_Z]
+    wh = (qw + 16384) >> 15
+    ih = (qx + 16384) >> 15
+    jh = (qy + 16384) >> 15
+    kh = (qz + 16384) >> 15
+    w = qw - (wh << 15)
+    i = qx - (ih << 15)
+    j = qy - (jh << 15)
+    k = qz - (kh << 15)
+    t = ih * x + jh * y + kh * z + i * xh + j * yh + k * zh
+    qw -= (wh * g >> 3) + ih * xh + jh * yh + kh * zh + ((t + 16384) >> 15)
+    t = wh * x + jh * z - kh * y + w * xh + j * zh - k * yh
+    qx += wh * xh + jh * zh - kh * yh + ((t + 16384) >> 15) - (ih * g >> 3)
+    t = wh * y + kh * x - ih * z + w * yh + k * xh - i * zh
+    qy += wh * yh + kh * xh - ih * zh + ((t + 16384) >> 15) - (jh * g >> 3)
+    t = wh * z + ih * y - jh * x + w * zh + i * yh - j * xh
+    qz += wh * zh + ih * yh - jh * xh + ((t + 16384) >> 15) - (kh * g >> 3)
+
+    # rotation matrix, rows 0 to 2, Q15
+    while True:
+        wh = (qw + 16384) >> 15
+        ih = (qx + 16384) >> 15
+        jh = (qy + 16384) >> 15
+        kh = (qz + 16384) >> 15
+        w = wh * wh - kh * kh + 16384
+        t = wh * wh + kh * kh + 16384
+        i = ih * ih
+        j = jh * jh
+        r00 = (w + i - j) >> 15
+        r11 = (w - i + j) >> 15
+        r22 = (t - i - j) >> 15
+        s[_TRIM] = (t + i + j - s[_ONE]) >> 13
+        t = ih * jh + 8192
+        w = wh * kh
+        r01 = (t - w) >> 14
+        r10 = (t + w) >> 14
+        t = ih * kh + 8192
+        w = wh * jh
+        r02 = (t + w) >> 14
+        r20 = (t - w) >> 14
+        t = jh * kh + 8192
+        w = wh * ih
+        r12 = (t - w) >> 14
+        r21 = (t + w) >> 14
+        t = (ax >> 3) * (ax >> 3) + (ay >> 3) * (ay >> 3) + (az >> 3) * (az >> 3)
+        if s[_LEVELLED] or t < s[_HALF_G]:
+            break
+        s[_W] = qw
+        s[_X] = qx
+        s[_Y] = qy
+        s[_Z] = qz
+        level(
+            self._s,
+            (r00 * (ax >> 3) + r01 * (ay >> 3) + r02 * (az >> 3)) >> 15,
+            (r10 * (ax >> 3) + r11 * (ay >> 3) + r12 * (az >> 3)) >> 15,
+            (r20 * (ax >> 3) + r21 * (ay >> 3) + r22 * (az >> 3)) >> 15,
+        )
+        s[_LEVELLED] = 1
+        qw = s[_W]
+        qx = s[_X]
+        qy = s[_Y]
+        qz = s[_Z]
+
+    # level part of the acceleration, twice integrated with a leak, all in g * 2^24
+    m = s[_K]
+    n = s[_K_SHIFT]
+    half = s[_K_HALF]
+    px = s[_PX]
+    py = s[_PY]
+    if stuck:
+        x = 0
+        y = 0
+        i = 0
+        j = 0
+    else:
+        x = ((r00 * ax >> 2) + (r01 * ay >> 2) + (r02 * az >> 2)) >> s[_E_SHIFT]
+        y = ((r10 * ax >> 2) + (r11 * ay >> 2) + (r12 * az >> 2)) >> s[_E_SHIFT]
+        i = s[_VX]
+        j = s[_VY]
+    t = x - (px << 1)
+    i += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
+    t = y - (py << 1)
+    j += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
+    if i > 1073000000:
+        i = 1073000000
+    elif i < -1073000000:
+        i = -1073000000
+    if j > 1073000000:
+        j = 1073000000
+    elif j < -1073000000:
+        j = -1073000000
+    s[_VX] = i
+    s[_VY] = j
+    t = i - (px << 1)
+    px += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
+    t = j - (py << 1)
+    py += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
+    if px > 260000000:
+        px = 260000000
+    elif px < -260000000:
+        px = -260000000
+    if py > 260000000:
+        py = 260000000
+    elif py < -260000000:
+        py = -260000000
+    s[_PX] = px
+    s[_PY] = py
+
+    # turn q in the earth frame by the half angles x = k py / 2, y = -k px / 2, Q30
+    n -= 2
+    t = py << 3
+    x = ((t >> 15) * m + ((t & 0x7FFF) * m >> 15)) >> n
+    t = 0 - (px << 3)
+    y = ((t >> 15) * m + ((t & 0x7FFF) * m >> 15)) >> n
+    if x > 53687091:
+        x = 53687091
+    elif x < -53687091:
+        x = -53687091
+    if y > 53687091:
+        y = 53687091
+    elif y < -53687091:
+        y = -53687091
+    xh = x >> 15
+    yh = y >> 15
+    i = x & 0x7FFF
+    j = y & 0x7FFF
+    s[_W] = qw - xh * ih - yh * jh - ((i * ih + j * jh + 16384) >> 15)
+    s[_X] = qx + xh * wh + yh * kh + ((i * wh + j * kh + 16384) >> 15)
+    s[_Y] = qy + yh * wh - xh * kh + ((j * wh - i * kh + 16384) >> 15)
+    s[_Z] = qz + xh * jh - yh * ih + ((i * jh - j * ih + 16384) >> 15)
+
+    # the same turn for what the output needs of the matrix: twice x and y, Q18
+    x >>= 11
+    y >>= 11
+    t = r20 + ((x * r10 - y * r00 + 131072) >> 18)
+    j = r21 + ((x * r11 - y * r01 + 131072) >> 18)
+    k = r22 + ((x * r12 - y * r02 + 131072) >> 18)
+    r00 += (y * r20 + 131072) >> 18
+    r01 += (y * r21 + 131072) >> 18
+    r02 += (y * r22 + 131072) >> 18
+    r10 -= (x * r20 - 131072) >> 18
+    r11 -= (x * r21 - 131072) >> 18
+    r12 -= (x * r22 - 131072) >> 18
+    i = t
+
+    # lag: turned on by (a, b, c) = rate * lag_s, Q15, to the second order
+    t = s[_LAG]
+    m = s[_LAG_PRE]
+    n = s[_LAG_POST]
+    a = (gx >> m) * t >> n
+    b = (gy >> m) * t >> n
+    c = (gz >> m) * t >> n
+    x = j * c - k * b + 16384 >> 15
+    y = k * a - i * c + 16384 >> 15
+    z = i * b - j * a + 16384 >> 15
+    i += x + (y * c - z * b >> 16)
+    j += y + (z * a - x * c >> 16)
+    k += z + (x * b - y * a >> 16)
+    x = 32768 - (b * b + c * c >> 16)
+    y = c + (a * b >> 16)
+    z = (a * c >> 16) - b
+    gy = r10 * x + r11 * y + r12 * z >> 15
+    gx = r00 * x + r01 * y + r02 * z >> 15
+
+    # roll = atan2(j, k), pitch = atan2(-i, |j, k|), yaw = atan2(gy, gx): attitude.fixed.intmath
+    y = j
+    x = k
+    n = _ROLL
+    while True:
+        a = y if y >= 0 else 0 - y
+        b = x if x >= 0 else 0 - x
+        steep = a > b
+        if steep:
+            t = b
+            b = a
+            a = t
+        m = 0
+        u = 0
+        if b:
+            t = ((a << 15) + (b >> 1)) // b
+            u = t * t >> 15
+            f = 4777 * u >> 15
+            f = (f - 19516) * u >> 15
+            f = (f + 41289) * u >> 15
+            f = (f - 75700) * u + 16384 >> 15
+            m = t * 57288 + (t * f >> 2) + 16384 >> 15
+            if steep:
+                m = 90000 - m
+            if x < 0:
+                m = 180000 - m
+            if y < 0:
+                m = 0 - m
+        s[n] = m
+        if n == _YAW:
+            break
+        if n == _ROLL:
+            f = 726 * u >> 15
+            f = (3039 - f) * u >> 15
+            f = (f - 7911) * u >> 15
+            f = (f + 32744) * u + 16384 >> 15
+            x = b + (b * f + 32768 >> 16)
+            y = 0 - i
+        else:
+            y = gy
+            x = gx
+        n += 1
+
+    t = s[_LEFT] - 1
+    s[_LEFT] = t
+    if t == 0:
+        slow(self._s)
