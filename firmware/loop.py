@@ -104,7 +104,7 @@ class Loop:
 
     def _watch_edges(self, source):
         quiet_us = self._ticks_diff(self._ticks_us(), self._timing.last_us())
-        if quiet_us > 2 * self.period_us:
+        if quiet_us > self.period_us + (self.period_us >> 1):
             self.edges_missing += 1
             self._tick(source)
 
