@@ -35,11 +35,11 @@ class Attitude(Orientation):
     lag_s           age of a sample when it is read: the angles are for now, not for then. 4.8 ms
                     is the MPU6050's gyro delay at dlpf_hz=44 (PS-MPU-6000A, table of DLPF_CFG)
     gyro_range_dps, accel_range_g   where the sensor saturates
-    rest            settings of GyroBias, as a dict
+    and by name the settings of GyroBias
     """
 
     def __init__(self, rate_hz=250.0, tau_s=1.4, rest_tau_s=0.5, bias_tau_s=60.0, lag_s=0.0048,
-                 gyro_range_dps=2000.0, accel_range_g=16.0, rest=None):
+                 gyro_range_dps=2000.0, accel_range_g=16.0, **rest):
         if min(rate_hz, tau_s, rest_tau_s, bias_tau_s, gyro_range_dps, accel_range_g) <= 0:
             raise ValueError("rate_hz, time constants and ranges must be positive")
         # settings
@@ -53,15 +53,15 @@ class Attitude(Orientation):
         self._gyro_stop_dps = gyro_range_dps * _STOP
         self._accel_stop_g = accel_range_g * _STOP
         # state
-        self._bias = GyroBias(**(rest or {}))
+        self._bias = GyroBias(**rest)
         self.reset()
 
     def reset(self):
         """Forget everything; the next sample starts anew with yaw 0."""
         self._bias.reset()
         self._q = (1.0, 0.0, 0.0, 0.0)  # sensor to earth
-        self._rate = None  # of the last sample, deg/s, bias removed
-        self._accel = (0.0, 0.0, 1.0)
+        self._gyro = None  # the last sample, deg/s
+        self._accel = (0.0, 0.0, 0.0)  # and g
         self._vx = self._vy = 0.0  # velocity and position that should not be there,
         self._px = self._py = 0.0  # both scaled to g by powers of the gain
         self._gain = 0.0  # rad/s
@@ -73,17 +73,20 @@ class Attitude(Orientation):
         self._up_s = 0.0
 
     def update(self, gx_dps, gy_dps, gz_dps, ax_g, ay_g, az_g, dt_s=None):
-        """Take one sample; dt_s is the time since the one before (default 1 / rate_hz)."""
+        """Take one sample; dt_s is the time since the one before (default 1 / rate_hz).
+
+        A gyro or accelerometer reading that is not a finite number is taken as the last one.
+        """
         if dt_s is None:
             dt_s = 1.0 / self.rate_hz
+        if not (gx_dps + gy_dps + gz_dps) * 0.0 == 0.0:
+            gx_dps, gy_dps, gz_dps = self._gyro or (0.0, 0.0, 0.0)
+        if not (ax_g + ay_g + az_g) * 0.0 == 0.0:
+            ax_g, ay_g, az_g = self._accel
         self._accel = (ax_g, ay_g, az_g)
         total = self._sum
-        total[0] += gx_dps * dt_s
-        total[1] += gy_dps * dt_s
-        total[2] += gz_dps * dt_s
-        total[3] += ax_g * dt_s
-        total[4] += ay_g * dt_s
-        total[5] += az_g * dt_s
+        for i, value in enumerate((gx_dps, gy_dps, gz_dps, ax_g, ay_g, az_g)):
+            total[i] += value * dt_s
         self._turn(gx_dps, gy_dps, gz_dps, dt_s)
         self._correct(ax_g, ay_g, az_g, dt_s)
         self._block_s += dt_s
@@ -97,14 +100,13 @@ class Attitude(Orientation):
         if (abs(gx) >= stop or abs(gy) >= stop or abs(gz) >= stop) and self._age_s > self.tau_s:
             self._age_s = self.tau_s  # as unsure as just after the start
             self._gain = self._gain_now()
+        lx, ly, lz = self._gyro or (gx, gy, gz)
+        self._gyro = (gx, gy, gz)
         bx, by, bz = self._bias.bias_dps
-        rate = (gx - bx, gy - by, gz - bz)
-        lx, ly, lz = self._rate or rate
-        self._rate = rate
-        half = radians(0.25 * dt_s)
-        x = (rate[0] + lx) * half
-        y = (rate[1] + ly) * half
-        z = (rate[2] + lz) * half
+        half = radians(0.5 * dt_s)
+        x = (0.5 * (gx + lx) - bx) * half
+        y = (0.5 * (gy + ly) - by) * half
+        z = (0.5 * (gz + lz) - bz) * half
         angle = sqrt(x * x + y * y + z * z)
         s = sin(angle) / angle if angle > 1e-6 else 1.0
         self._q = product(self._q, (cos(angle), x * s, y * s, z * s))
@@ -195,24 +197,25 @@ class Attitude(Orientation):
     def quaternion(self):
         """(w, x, y, z), sensor to earth, for now: turned on by lag_s at the last rate."""
         half = radians(0.5 * self.lag_s)
-        x, y, z = self._rate or (0.0, 0.0, 0.0)
-        return unit(product(self._q, (1.0, x * half, y * half, z * half)))
+        bx, by, bz = self._bias.bias_dps
+        x, y, z = self._gyro or (bx, by, bz)
+        turn = (1.0, (x - bx) * half, (y - by) * half, (z - bz) * half)
+        return unit(product(self._q, turn))
 
     def linear_accel_g(self):
         """Acceleration without gravity in sensor axes, g, at the instant of the last sample."""
         x, y, z = rotate_back(self._q, 0.0, 0.0, 1.0)
-        ax, ay, az = self._accel
-        return (ax - x, ay - y, az - z)
+        return (self._accel[0] - x, self._accel[1] - y, self._accel[2] - z)
 
     def state(self):
         """All that changes from sample to sample, for set_state()."""
-        return (self._q, self._rate, self._accel, self._vx, self._vy, self._px, self._py,
+        return (self._q, self._gyro, self._accel, self._vx, self._vy, self._px, self._py,
                 self._gain, self._age_s, tuple(self._sum), self._n, self._block_s,
                 tuple(self._up), self._up_s, self._bias.state())
 
     def set_state(self, state):
         """Go on from a state() of a filter with the same settings."""
-        (self._q, self._rate, self._accel, self._vx, self._vy, self._px, self._py,
+        (self._q, self._gyro, self._accel, self._vx, self._vy, self._px, self._py,
          self._gain, self._age_s, total, self._n, self._block_s, up, self._up_s, bias) = state
         self._sum = list(total)
         self._up = list(up)

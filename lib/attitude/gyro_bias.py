@@ -8,20 +8,20 @@ class GyroBias:
     """Finds rest and keeps `.bias_dps` (a list of three), from means over short blocks.
 
     rest_s          how long it must be still before it counts as rest
-    average_s       averaging time of the bias at rest
-    gyro_dps, accel_g   largest deviation from the half-second mean that is still
-    limit_dps       bias change that is believed; a steady rate beyond it is motion, not bias
-    start_limit_dps the same before the first rest (datasheet: +-20 deg/s from the factory)
+    rest_gyro_dps, rest_accel_g   largest deviation from the half-second mean that is still
+    rest_bias_s     averaging time of the bias at rest
+    bias_limit_dps  bias change that is believed; a steady rate beyond it is motion, not bias
+    start_bias_dps  the same before the first rest (datasheet: +-20 deg/s from the factory)
     """
 
-    def __init__(self, rest_s=1.5, average_s=6.0, gyro_dps=1.0, accel_g=0.04, limit_dps=2.0,
-                 start_limit_dps=20.0):
+    def __init__(self, rest_s=1.5, rest_gyro_dps=1.0, rest_accel_g=0.04, rest_bias_s=6.0,
+                 bias_limit_dps=2.0, start_bias_dps=20.0):
         self.rest_s = rest_s
-        self.average_s = average_s
-        self.gyro_dps = gyro_dps
-        self.accel_g = accel_g
-        self.limit_dps = limit_dps
-        self.start_limit_dps = start_limit_dps
+        self.rest_gyro_dps = rest_gyro_dps
+        self.rest_accel_g = rest_accel_g
+        self.rest_bias_s = rest_bias_s
+        self.bias_limit_dps = bias_limit_dps
+        self.start_bias_dps = start_bias_dps
         self.reset()
 
     def reset(self):
@@ -40,7 +40,7 @@ class GyroBias:
 
     @property
     def _limit(self):
-        return self.limit_dps if self.learned else self.start_limit_dps
+        return self.bias_limit_dps if self.learned else self.start_bias_dps
 
     def update(self, now, span_s):
         """Take a block's means: gyro x y z in deg/s, accelerometer x y z in g, over span_s."""
@@ -55,7 +55,7 @@ class GyroBias:
         if not self.learned:
             self.learned = True
             self.bias_dps = self.mean[:3]
-        self._rested_s = min(self._rested_s + span_s, self.average_s)
+        self._rested_s = min(self._rested_s + span_s, self.rest_bias_s)
         k = min(1.0, span_s / self._rested_s)
         for i in range(3):
             self.bias_dps[i] += k * (now[i] - self.bias_dps[i])
@@ -69,7 +69,7 @@ class GyroBias:
         still = True
         for i in range(6):
             mean[i] += k * (now[i] - mean[i])
-            if abs(now[i] - mean[i]) > (self.gyro_dps if i < 3 else self.accel_g):
+            if abs(now[i] - mean[i]) > (self.rest_gyro_dps if i < 3 else self.rest_accel_g):
                 still = False
             if i < 3 and abs(now[i] - self._home[i]) > self._limit:
                 still = False
