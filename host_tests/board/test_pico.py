@@ -124,7 +124,7 @@ def test_the_registers_of_the_i2c_block_can_run_a_burst_alone(pico):
     """A register number and 14 read commands fill 15 of the FIFO's 16 places."""
     printed = pico.exec("""
 import machine
-i2c.writeto_mem(0x68, 0x6B, b'\x01')  # awake, so that there is something to read
+i2c.writeto_mem(0x68, 0x6B, bytes([1]))  # awake, so that there is something to read
 time.sleep_ms(50)
 mem = machine.mem32
 I2C0 = 0x40044000
