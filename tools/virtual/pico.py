@@ -27,7 +27,7 @@ from tools.virtual.rp2040.terminal import Terminal
 from tools.virtual.rp2040.wires import Wires
 
 I2C_BASES = (0x40044, 0x40048)  # addresses >> 12
-BOOT_S = 5  # emulated seconds within which a board has to give its prompt
+BOOT_S = 15  # emulated seconds within which a board has to give its prompt
 PROMPT = b"\r\n>>> "
 
 
@@ -214,3 +214,9 @@ class VirtualPico:
 
 def _text(data):
     return bytes(data).decode(errors="replace").replace("\r\n", "\n")
+
+
+if __name__ == "__main__":
+    from tools.virtual.rp2040.serve import main
+
+    main()

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""`python -m tools.virtual.pico`: a virtual board for the real mpremote, screen or Thonny."""
+
+import argparse
+import time
+
+from tools.virtual import motion
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
+from tools.virtual.faults import load_scenario
+from tools.virtual.pico import VirtualPico
+
+SLICE_MS = 20
+REST_S = 5.0  # the program takes the gyro's offset at rest, before anything moves
+
+
+def main():
+    options = _parse()
+    bus = Bus(MPU6050Chip(source(options.motion)), faults=load_scenario(options.faults or []))
+    with VirtualPico(bus=bus, root=not options.bare) as pico, pico.terminal() as port:
+        print(f"MicroPython with an MPU6050 ({options.motion}) at {port.path}", flush=True)
+        print(f"try: mpremote connect {port.path} resume repl     (Ctrl-C here ends it)", flush=True)
+        end = time.monotonic() + options.seconds if options.seconds else None
+        try:
+            while end is None or time.monotonic() < end:
+                began, before = time.monotonic(), pico.nanos
+                port.serve_ms(SLICE_MS)
+                _not_ahead(began, (pico.nanos - before) / 1e9)
+        except KeyboardInterrupt:
+            print()
+
+
+def _not_ahead(began, emulated_s):
+    """A sleeping board must not run ahead of real time."""
+    time.sleep(max(0.0, emulated_s - (time.monotonic() - began)))
+
+
+def source(name):
+    """A motion source by its name: still, swing, free, or the path of a recording."""
+    if name == "still":
+        return motion.Still()
+    moving = {"swing": motion.Sinusoid, "free": motion.FreeMotion}
+    moves = moving[name]() if name in moving else motion.Replay(name)
+    return motion.Sequence((motion.Still(), REST_S), (moves, 0.0))
+
+
+def _parse():
+    parser = argparse.ArgumentParser(prog="python -m tools.virtual.pico", description=__doc__)
+    parser.add_argument(
+        "--motion", default="swing", metavar="NAME",
+        help="still, swing, free, or a recording (.csv, .npz); default: %(default)s",
+    )  # fmt: skip
+    parser.add_argument("--faults", metavar="FILE", help="a scenario of faults (JSON)")
+    parser.add_argument("--bare", action="store_true", help="nothing on the board's flash")
+    parser.add_argument("--seconds", type=float, help="end after this time; default: Ctrl-C")
+    return parser.parse_args()
