@@ -18,7 +18,7 @@ from .gyro_bias import GyroBias
 from .quaternion import Orientation, levelling, product, rotate, rotate_back, unit
 
 _LEAK = 2.0  # makes it the Butterworth polynomial s^3 + 2 s^2 + 2 s + 1
-_BLOCK_S = 0.02  # the slow part runs at about 50 Hz
+_BLOCK_S = 0.02  # of the slow part
 _LOST_S = 2.0
 _MIN_G = 0.5  # less is free fall or no sensor: it has no direction
 _STOP = 0.9995  # of full scale: saturated
@@ -197,15 +197,15 @@ class Attitude(Orientation):
     def quaternion(self):
         """(w, x, y, z), sensor to earth, for now: turned on by lag_s at the last rate."""
         half = radians(0.5 * self.lag_s)
-        bx, by, bz = self._bias.bias_dps
-        x, y, z = self._gyro or (bx, by, bz)
-        turn = (1.0, (x - bx) * half, (y - by) * half, (z - bz) * half)
-        return unit(product(self._q, turn))
+        bias = self._bias.bias_dps
+        x, y, z = [(rate - b) * half for rate, b in zip(self._gyro or bias, bias)]
+        return unit(product(self._q, (1.0, x, y, z)))
 
     def linear_accel_g(self):
         """Acceleration without gravity in sensor axes, g, at the instant of the last sample."""
         x, y, z = rotate_back(self._q, 0.0, 0.0, 1.0)
-        return (self._accel[0] - x, self._accel[1] - y, self._accel[2] - z)
+        ax, ay, az = self._accel
+        return (ax - x, ay - y, az - z)
 
     def state(self):
         """All that changes from sample to sample, for set_state()."""
