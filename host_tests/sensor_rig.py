@@ -63,14 +63,18 @@ class Rig:
 
 
 @contextmanager
-def rig(kind="rp2 soft", *chips, motion=None, **settings):
+def rig(kind="rp2 soft", *chips, motion=None, machine_name=None, bus_id=0, **settings):
     """A board of one of BUSES with these chips, or one noise-free chip of these settings."""
     settings.setdefault("noise", False)
     bus = Bus(*(chips or (MPU6050Chip(motion or Feel(), **settings),)))
-    with Port(kind.split()[0], buses={0: bus}, wiring={0: (4, 5)}) as port:
+    sda = 4 + 2 * bus_id
+    where = {"buses": {bus_id: bus}, "wiring": {bus_id: (sda, sda + 1)}}
+    with Port(kind.split()[0], machine_name=machine_name, **where) as port:
         import machine
 
-        pins = {"scl": machine.Pin(5), "sda": machine.Pin(4)}
-        make = machine.SoftI2C if kind.endswith("soft") else machine.I2C
-        number = () if kind.endswith("soft") else (0,)
-        yield Rig(port, bus, make(*number, freq=400_000, **pins))
+        pins = {"scl": machine.Pin(sda + 1), "sda": machine.Pin(sda)}
+        if kind.endswith("soft"):
+            i2c = machine.SoftI2C(freq=400_000, **pins)
+        else:
+            i2c = machine.I2C(bus_id, freq=400_000, **pins)
+        yield Rig(port, bus, i2c)
