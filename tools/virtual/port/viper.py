@@ -15,6 +15,7 @@ import types
 
 from .viper_compile import Function
 from .viper_consts import file_constants
+from .viper_ranges import divides_safely
 from .viper_values import LIMITS, ViperTypeError
 
 _FORMATS = {"ptr": "B", "ptr8": "B", "ptr16": "H", "ptr32": "i"}
@@ -40,6 +41,15 @@ def overflow(value, title, line, text, variables):
 
 def bad_index(index, title, line):
     raise IndexError("%s, line %d: pointer index %d" % (title, line, index))
+
+
+def divide(a, b, title, line, text):
+    """Floor division; OverflowError where the board's routine gives something else."""
+    if not divides_safely((a, a), (b, b)):
+        raise OverflowError(
+            "%s, line %d: %s is wrong on the board: %d // %d" % (title, line, text, a, b)
+        )
+    return a // b
 
 
 def number(value, kind, title, line, text):
@@ -88,6 +98,7 @@ _HELPERS = {
     "_viper_oserror": oserror,
     "_viper_overflow": overflow,
     "_viper_index": bad_index,
+    "_viper_divide": divide,
     "_viper_number": number,
     "_viper_pointer": pointer,
     "locals": locals,

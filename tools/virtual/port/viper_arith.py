@@ -3,7 +3,14 @@
 
 import ast
 
-from .viper_ranges import INT_RANGE, UINT_RANGE, clip, result_range, within
+from .viper_ranges import (
+    INT_RANGE,
+    UINT_RANGE,
+    clip,
+    divides_safely,
+    result_range,
+    within,
+)
 from .viper_values import (
     BOOL,
     INT,
@@ -87,12 +94,21 @@ class Arithmetic:
             if left.kind != INT:
                 self.refuse(node, "div/mod not implemented for uint")
             right = self.reinterpret(right, INT)
+            if isinstance(op, ast.FloorDiv) and not divides_safely(left.range, right.range):
+                return self.divided(node, left, right)
         elif isinstance(op, _BITWISE):
             right = self.reinterpret(right, left.kind)
         elif isinstance(op, (ast.LShift, ast.RShift)):
             right = self.shift_count(node, right)
         exact = result_range(op, left.range, right.range)
         return self.checked(ast.BinOp(left.node, op, right.node), left.kind, exact, node)
+
+    def divided(self, node, left, right):
+        """A floor division of which the board's routine may overflow, checked by a call."""
+        text = self.text(node)
+        divide = call("_viper_divide", left.node, right.node, self.title, node.lineno, text)
+        exact = result_range(node.op, left.range, right.range)
+        return Value(divide, INT, clip(exact, INT_RANGE))
 
     def shift_count(self, node, count):
         if within(count.range, (0, 31)):
@@ -134,6 +150,9 @@ class Arithmetic:
             self.refuse(node, "unary op not implemented; use an if")
         if value.kind == OBJECT:
             return Value(ast.UnaryOp(node.op, value.node), OBJECT)
+        if isinstance(node.operand, ast.Name) and not isinstance(node.op, ast.UAdd):
+            # found on the emulated board: emit_native_unary_op works in the local's own register
+            self.refuse(node, "overwrites the local in MicroPython 1.25; write 0 - x or x ^ -1")
         if value.kind not in NUMBERS:
             self.refuse(node, "unary op on '%s'" % value.kind)
         if isinstance(node.op, ast.UAdd):

@@ -33,6 +33,19 @@ def _corners(function, a, b):
     return min(values), max(values)
 
 
+def divides_safely(a, b):
+    """True when the board's floor division of an `a` by a `b` is exact.
+
+    mp_small_int_floor_divide adds the divisor less one to the dividend when the signs differ,
+    and that sum wraps when the two are large; and the least int by -1 has no 32-bit result.
+    """
+    if a is None or b is None:
+        return True
+    down = b[0] >= 0 or a[1] < 0 or a[1] - b[0] - 1 <= INT_RANGE[1]
+    up = a[0] >= 0 or b[1] < 0 or a[0] - b[1] + 1 >= INT_RANGE[0]
+    return down and up and not (a[0] == INT_RANGE[0] and b[0] <= -1 <= b[1])
+
+
 def _divide(a, b):
     if b[0] <= 0 <= b[1]:
         largest = max(abs(a[0]), abs(a[1]))
