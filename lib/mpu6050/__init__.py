@@ -7,8 +7,8 @@ PS = product specification PS-MPU-6000A r3.4.
 """
 
 import sys
+import time
 from array import array
-from time import sleep_ms
 
 import micropython
 from micropython import const
@@ -156,14 +156,14 @@ class MPU6050(Registers):
     def reset(self):
         """Reset the chip by the sequence of RM p. 41; it sleeps then, until configure()."""
         self.store(_PWR_MGMT_1, 0x80)
-        sleep_ms(100)
+        time.sleep_ms(100)
         self.store(_SIGNAL_PATH_RESET, 0x07)
-        sleep_ms(100)
+        time.sleep_ms(100)
 
     def configure(self):
         """Apply the whole table, verify it, and wait until the gyro has started. OSError."""
         self.apply_all()
-        sleep_ms(_GYRO_START_MS)
+        time.sleep_ms(_GYRO_START_MS)
 
     def set_range(self, gyro_dps=None, accel_g=None):
         """Change full scales (deg/s, g) and with them the scale of all that is read later."""
@@ -190,7 +190,7 @@ class MPU6050(Registers):
         """Measure again after sleep() or cycle(); returns when the gyro has started."""
         self.set_bits(_PWR_MGMT_2, 0, 0xFF)
         self.set_bits(_PWR_MGMT_1, _PLL_GYRO_X, 0x6F)
-        sleep_ms(_GYRO_START_MS)
+        time.sleep_ms(_GYRO_START_MS)
 
     def cycle(self, hz):
         """Accelerometer only, woken 1.25, 5, 20 or 40 times a second (10 to 140 uA)."""

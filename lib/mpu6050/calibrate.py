@@ -8,9 +8,9 @@ poses.add()                          # once for each pose, in any order
 cal = poses.solve(cal)
 """
 
+import time
 from collections import namedtuple
 from math import sqrt
-from time import sleep_ms
 
 from mpu6050 import solve
 from mpu6050.calibration import Calibration
@@ -139,7 +139,7 @@ def _sums(imu, n, pause_ms):
             value = imu.counts[i]
             sums[i] += value
             squares[i] += value * value
-        sleep_ms(pause_ms)
+        time.sleep_ms(pause_ms)
     return sums, squares
 
 

@@ -4,7 +4,7 @@
 The relatives of the MPU-6500 have other engines for both, at other registers.
 """
 
-from time import sleep_ms
+import time
 
 from micropython import const
 
@@ -35,7 +35,7 @@ def enable(imu, threshold_mg=64, duration_ms=10):
     imu.set_bits(_MOT_DETECT_CTRL, 0x10, 0x33)
     # 5 Hz high-pass; 0 would compare with nothing and never trigger..
     imu.set_bits(_ACCEL_CONFIG, 0x01, 0x07)
-    sleep_ms(100)
+    time.sleep_ms(100)
     imu.set_bits(_INT_ENABLE, 0x40, 0x40)
 
 

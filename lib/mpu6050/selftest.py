@@ -6,8 +6,8 @@ response = output with the test on - output with it off; the factory stored what
 formula of the MPU-6500 (its self-test note AN-MPU-6500A-02: within 50 %).
 """
 
+import time
 from collections import namedtuple
-from time import sleep_ms
 
 from micropython import const
 
@@ -42,7 +42,7 @@ def self_test(imu):
         imu.set_bits(_GYRO_CONFIG, 0, 0xE0)
         imu.set_bits(_ACCEL_CONFIG, 0, 0xE0)
         imu.set_range(gyro, accel)
-        sleep_ms(_SETTLE_MS)
+        time.sleep_ms(_SETTLE_MS)
     trims = _trims(imu) if genuine else _trims_6500(imu)
     limit = 0.14 if genuine else 0.5
     return [
@@ -64,13 +64,13 @@ def _judge(name, response, trim, limit):
 
 
 def _mean(imu):
-    sleep_ms(_SETTLE_MS)
+    time.sleep_ms(_SETTLE_MS)
     sums = [0] * 7
     for _ in range(_SAMPLES):
         imu.read()
         for i in range(7):
             sums[i] += imu.counts[i]
-        sleep_ms(2)
+        time.sleep_ms(2)
     del sums[3]
     return [s / _SAMPLES for s in sums]
 
