@@ -21,10 +21,10 @@ _BIAS = const(42)
 _ROLL = const(60)
 _PITCH = const(61)
 _YAW = const(62)
-_STILL = const(81)
-_STATE_END = const(86)
-_REST_BLOCKS = const(96)
-_SIZE = const(107)
+_STILL = const(80)
+_STATE_END = const(84)
+_REST = const(92)
+_SIZE = const(103)
 
 
 class Attitude(Fixed):
@@ -71,7 +71,7 @@ class Attitude(Fixed):
     @property
     def at_rest(self):
         """True when it has stood still for rest_s."""
-        return self._s[_STILL] >= self._s[_REST_BLOCKS]
+        return self._s[_STILL] >= self._s[_REST]
 
     @property
     def bias_dps(self):

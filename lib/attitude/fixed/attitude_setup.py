@@ -15,17 +15,11 @@ _LAG_PRE = const(26)
 _LAG = const(27)
 _LAG_POST = const(28)
 _ONE = const(29)
-_K = const(30)
 _K_SHIFT = const(31)
-_K_HALF = const(32)
+_COUNT = const(33)
 _W = const(34)
 _LEFT = const(52)
-_UP_LEFT = const(79)
-_HALF_G = const(87)
-_N = const(88)  # the first of those that attitude_slow names, in its order
-_LEARN = const(103)
-_LEARN_SHIFT = const(104)
-_LOST_BLOCKS = const(105)
+_N = const(84)  # the first of attitude_slow's coefficients, which follow in its order
 
 
 def set_up(
@@ -63,8 +57,9 @@ def set_up(
     lag_s = min(lag_s, _SPREAD / (dps * 0.0174533))
     _lag(s, inc * dps, lag_s * 4.0 / dt / 32768.0)
     s[_ONE] = s[_W] = 1 << 30
-    s[_HALF_G] = (lsb_per_g // 16) ** 2
-
+    young = max(1, int(tau_s / span + 0.99))
+    learn = span / (tau_s * bias_tau_s) * inc * (57.29578 * 256.0 / 32768.0)
+    learn, learn_shift = _mantissa(learn)
     coefficients = (
         n,
         32768.0 * min(1.0, span / 0.5),
@@ -76,26 +71,20 @@ def set_up(
         bias_limit_dps * inc * 256.0,
         rest_s / span + 0.99,
         max(1.0, rest_bias_s / span),
-        max(1.0, 1.0 / span),
-        536870912.0 / n,  # 2 dt Q24, for an age in blocks times 16
-        1.6 / span,
+        young,
+        2 * young,
+        _gain(2.0 * dt / (young * span)) * young,
         _gain(dt / tau_s),
         _gain(dt / rest_tau_s),
-        0,
-        0,
-        2.0 / span,
-        0.5 * lsb_per_g * int(2.0 / span),
+        learn,
+        learn_shift,
+        lsb_per_g // 2,
+        2.0 * rate_hz,
     )
     for i, value in enumerate(coefficients):
         s[_N + i] = int(value)
-    s[_LEARN], s[_LEARN_SHIFT] = _mantissa(
-        span / (tau_s * bias_tau_s) * inc * (57.29578 * 256.0 / 32768.0)
-    )
-    s[_LEFT] = n
-    s[_UP_LEFT] = s[_LOST_BLOCKS]
-    s[_K], shift = _mantissa(_gain(20.0 * dt) / 16777216.0)
-    s[_K_SHIFT] = shift - 15
-    s[_K_HALF] = 1 << shift - 16
+    s[_COUNT] = s[_LEFT] = 1  # the first block is the first sample: it levels
+    s[_K_SHIFT] = 9
 
 
 def _gain(k):

@@ -9,7 +9,7 @@ stand at the formats, and the tests run it with every operation checked.
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude_slow import level, slow
+from attitude.fixed.attitude_slow import slow
 
 _GYRO_SHIFT = const(24)  # 0-11 accelerometer Q14, 12-23 gyro to inc: see folding
 _E_SHIFT = const(25)  # counts * 2^13 -> g * 2^24
@@ -20,7 +20,6 @@ _ONE = const(29)  # 2^30, which is no small integer
 _K = const(30)  # gain * dt = K / 2^(15 + SHIFT), K below 2^15
 _K_SHIFT = const(31)
 _K_HALF = const(32)  # 2^(SHIFT - 1), to round
-_LEVELLED = const(33)
 _W = const(34)  # quaternion, sensor to earth, Q30
 _X = const(35)
 _Y = const(36)
@@ -34,7 +33,6 @@ _LEFT = const(52)  # samples until the block is full
 _OVER = const(53)  # the gyro was over its range in this block
 _ROLL = const(60)  # roll, pitch, yaw in millidegrees
 _YAW = const(62)
-_HALF_G = const(87)  # square of half a g in 1/8 counts
 
 # 39-41 inc of the last sample without bias, 42-44 bias as inc Q8, 45-47 its fraction that waits,
 # 54-59 sums of the block: inc with the bias in it, calibrated accelerometer counts
@@ -50,12 +48,12 @@ def step(self, counts: ptr16):
     ax = (s[0] * x + s[1] * y + s[2] * z + s[9]) >> 14
     ay = (s[3] * x + s[4] * y + s[5] * z + s[10]) >> 14
     az = (s[6] * x + s[7] * y + s[8] * z + s[11]) >> 14
-    stop = 32751  # 0.9995 of full scale: saturated
-    stuck = x >= stop or y >= stop or z >= stop or x <= -32751 or y <= -32751 or z <= -32751
+    stop = 32752  # 0.9995 of full scale: saturated
+    stuck = x >= stop or y >= stop or z >= stop or x <= -32752 or y <= -32752 or z <= -32752
     x = (int(counts[4]) ^ 0x8000) - 0x8000
     y = (int(counts[5]) ^ 0x8000) - 0x8000
     z = (int(counts[6]) ^ 0x8000) - 0x8000
-    if x >= stop or y >= stop or z >= stop or x <= -32751 or y <= -32751 or z <= -32751:
+    if x >= stop or y >= stop or z >= stop or x <= -32752 or y <= -32752 or z <= -32752:
         s[_OVER] = 1
     gx = (s[12] * x + s[13] * y + s[14] * z + s[21]) >> s[_GYRO_SHIFT]
     gy = (s[15] * x + s[16] * y + s[17] * z + s[22]) >> s[_GYRO_SHIFT]
@@ -125,50 +123,21 @@ def step(self, counts: ptr16):
     t = wh * z + ih * y - jh * x + w * zh + i * yh - j * xh
     qz += wh * zh + ih * yh - jh * xh + ((t + 16384) >> 15) - (kh * g >> 3)
 
-    # rotation matrix, rows 0 to 2, Q15
-    while True:
-        wh = (qw + 16384) >> 15
-        ih = (qx + 16384) >> 15
-        jh = (qy + 16384) >> 15
-        kh = (qz + 16384) >> 15
-        w = wh * wh - kh * kh + 16384
-        t = wh * wh + kh * kh + 16384
-        i = ih * ih
-        j = jh * jh
-        r00 = (w + i - j) >> 15
-        r11 = (w - i + j) >> 15
-        r22 = (t - i - j) >> 15
-        s[_TRIM] = (t + i + j - s[_ONE]) >> 13
-        t = ih * jh + 8192
-        w = wh * kh
-        r01 = (t - w) >> 14
-        r10 = (t + w) >> 14
-        t = ih * kh + 8192
-        w = wh * jh
-        r02 = (t + w) >> 14
-        r20 = (t - w) >> 14
-        t = jh * kh + 8192
-        w = wh * ih
-        r12 = (t - w) >> 14
-        r21 = (t + w) >> 14
-        t = (ax >> 3) * (ax >> 3) + (ay >> 3) * (ay >> 3) + (az >> 3) * (az >> 3)
-        if s[_LEVELLED] or t < s[_HALF_G]:
-            break
-        s[_W] = qw
-        s[_X] = qx
-        s[_Y] = qy
-        s[_Z] = qz
-        level(
-            self._s,
-            (r00 * (ax >> 3) + r01 * (ay >> 3) + r02 * (az >> 3)) >> 15,
-            (r10 * (ax >> 3) + r11 * (ay >> 3) + r12 * (az >> 3)) >> 15,
-            (r20 * (ax >> 3) + r21 * (ay >> 3) + r22 * (az >> 3)) >> 15,
-        )
-        s[_LEVELLED] = 1
-        qw = s[_W]
-        qx = s[_X]
-        qy = s[_Y]
-        qz = s[_Z]
+    # two rows of the rotation matrix, Q15
+    wh = (qw + 16384) >> 15
+    ih = (qx + 16384) >> 15
+    jh = (qy + 16384) >> 15
+    kh = (qz + 16384) >> 15
+    w = wh * wh - kh * kh + 16384
+    t = ih * ih - jh * jh
+    r00 = (w + t) >> 15
+    r11 = (w - t) >> 15
+    t = ih * jh + 8192
+    w = wh * kh
+    r01 = (t - w) >> 14
+    r10 = (t + w) >> 14
+    r02 = (ih * kh + wh * jh + 8192) >> 14
+    r12 = (jh * kh - wh * ih + 8192) >> 14
 
     # level part of the acceleration, twice integrated with a leak, all in g * 2^24
     m = s[_K]
@@ -238,19 +207,37 @@ def step(self, counts: ptr16):
     s[_Y] = qy + yh * wh - xh * kh + ((j * wh - i * kh + 16384) >> 15)
     s[_Z] = qz + xh * jh - yh * ih + ((i * jh - j * ih + 16384) >> 15)
 
-    # the same turn for what the output needs of the matrix: twice x and y, Q18
-    x >>= 11
-    y >>= 11
-    t = r20 + ((x * r10 - y * r00 + 131072) >> 18)
-    j = r21 + ((x * r11 - y * r01 + 131072) >> 18)
-    k = r22 + ((x * r12 - y * r02 + 131072) >> 18)
-    r00 += (y * r20 + 131072) >> 18
-    r01 += (y * r21 + 131072) >> 18
-    r02 += (y * r22 + 131072) >> 18
-    r10 -= (x * r20 - 131072) >> 18
-    r11 -= (x * r21 - 131072) >> 18
-    r12 -= (x * r22 - 131072) >> 18
-    i = t
+    t = s[_LEFT] - 1
+    s[_LEFT] = t
+    if t == 0:
+        slow(self._s)
+
+    # rotation matrix, Q15, its last row in (i, j, k), and how far |q| is off
+    wh = (s[_W] + 16384) >> 15
+    ih = (s[_X] + 16384) >> 15
+    jh = (s[_Y] + 16384) >> 15
+    kh = (s[_Z] + 16384) >> 15
+    w = wh * wh
+    i = ih * ih
+    j = jh * jh
+    k = kh * kh
+    s[_TRIM] = (w + i + j + k - s[_ONE]) >> 13
+    t = w - k + 16384
+    r00 = (t + i - j) >> 15
+    r11 = (t - i + j) >> 15
+    k = (w + k - i - j + 16384) >> 15
+    t = ih * jh + 8192
+    w = wh * kh
+    r01 = (t - w) >> 14
+    r10 = (t + w) >> 14
+    t = ih * kh + 8192
+    w = wh * jh
+    r02 = (t + w) >> 14
+    i = (t - w) >> 14
+    t = jh * kh + 8192
+    w = wh * ih
+    r12 = (t - w) >> 14
+    j = (t + w) >> 14
 
     # lag: turned on by (a, b, c) = rate * lag_s, Q15, to the second order
     t = s[_LAG]
@@ -313,8 +300,3 @@ def step(self, counts: ptr16):
             y = gy
             x = gx
         n += 1
-
-    t = s[_LEFT] - 1
-    s[_LEFT] = t
-    if t == 0:
-        slow(self._s)
