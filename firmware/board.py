@@ -14,9 +14,9 @@ from machine import I2C, Pin, SoftI2C, Timer
 # What sys.implementation._machine contains (the first row that fits), then the pins.
 # name, platform, contains, I2C id, SDA, SCL, INT, servo and ESC outputs, timer ids (lead, tick)
 BOARDS = (
-    ("Pico 2", "rp2", "RP2350", 0, 4, 5, 22, (16, 17, 18, 19), (-1, -1)),
-    ("Pico W", "rp2", "Pico W", 0, 4, 5, 22, (16, 17, 18, 19), (-1, -1)),
-    ("Pico", "rp2", "RP2040", 0, 4, 5, 22, (16, 17, 18, 19), (-1, -1)),
+    ("Pico 2", "rp2", "RP2350", 0, 4, 5, 6, (16, 17, 18, 19), (-1, -1)),
+    ("Pico W", "rp2", "Pico W", 0, 4, 5, 6, (16, 17, 18, 19), (-1, -1)),
+    ("Pico", "rp2", "RP2040", 0, 4, 5, 6, (16, 17, 18, 19), (-1, -1)),
     ("ESP32-S3", "esp32", "ESP32S3", 0, 8, 9, 10, (4, 5, 6, 7), (0, 1)),
     ("ESP32-C3", "esp32", "ESP32C3", 0, 6, 7, 10, (0, 1, 3, 4), (0, 1)),
     ("ESP32", "esp32", "ESP32", 0, 21, 22, 19, (25, 26, 27, 14), (0, 1)),

@@ -17,6 +17,9 @@ class Outputs:
         self.failed = 0
         self.error = None
 
+    def __len__(self):
+        return len(self._updates)
+
     def add(self, update, safe=None):
         """Call `update(app)` after each step; `safe()` once when the estimate has gone stale."""
         self._updates.append(update)
