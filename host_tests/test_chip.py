@@ -90,8 +90,14 @@ def test_temperature(temp_c):
     assert abs(master.counts()[3] / 340 + 36.53 - temp_c) <= 1 / 340
 
 
-def test_burst_is_one_instant_and_single_reads_are_not():
+@pytest.mark.parametrize("watching", [False, True])
+def test_burst_is_one_instant_and_single_reads_are_not(watching):
+    """Also while the chip itself looks at each sample, for the FIFO's overflow interrupt."""
     _, master = make(Ramp())
+    if watching:
+        master.write(0x38, 0x10)
+        master.write(0x23, 0x78)
+        master.write(0x6A, 0x40)
     master.write(0x1B, 0x18)
     master.run_s(0.5)
     master.run_s(0.0009)  # the next sample comes within the burst, which takes 0.4 ms

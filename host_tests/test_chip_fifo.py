@@ -233,7 +233,7 @@ def test_jump_in_time_gives_the_same_status():
 
 
 @pytest.mark.parametrize(
-    "threshold, duration, fires", [(10, 5, True), (30, 5, False), (10, 200, 0)]
+    "threshold, duration, fires", [(20, 5, True), (23, 5, False), (10, 200, 0)]
 )
 def test_motion_interrupt(threshold, duration, fires):
     """A 0.7 g knock of 100 ms; 32 mg per LSB, 1 ms per LSB."""
