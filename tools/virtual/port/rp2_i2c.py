@@ -24,10 +24,8 @@ ABRT_USER_ABRT = 1 << 16
 _CLEARS = {0x44: RX_UNDER, 0x48: RX_OVER, 0x4C: TX_OVER, 0x60: STOP_DET, 0x64: START_DET}
 ACCESS_NS = 60  # a register access over the peripheral bus
 _RETRY_NS = 20_000
-_PATIENCE = (
-    8  # status reads in a row; then the processor spins, and virtual time goes in longer steps
-)
-_SPIN_NS = 2_000
+_PATIENCE = 12  # reads of status registers in a row before a polling loop is assumed
+_POLLED = (IC_RXFLR, IC_TXFLR, IC_STATUS, IC_RAW_INTR_STAT, IC_TX_ABRT_SOURCE)
 
 
 class I2CBlock:
@@ -68,8 +66,7 @@ class I2CBlock:
         return self.running or bool(self.tx)
 
     def read(self, offset):
-        self.polls = self.polls + 1 if offset in (IC_RXFLR, IC_STATUS) and self.busy else 0
-        self.port.clock.hold(ACCESS_NS if self.polls < _PATIENCE else _SPIN_NS)
+        self._wait(offset)
         if offset == IC_DATA_CMD:
             return self._pop()
         if offset == IC_CLR_TX_ABRT:
@@ -83,6 +80,14 @@ class I2CBlock:
             self.interrupts &= ~_CLEARS[offset]
             return 0
         return self._status(offset)
+
+    def _wait(self, offset):
+        """The access takes its time; a loop that polls goes from byte to byte, not every turn."""
+        wait_ns = ACCESS_NS
+        self.polls = self.polls + 1 if offset in _POLLED and self.busy else 0
+        if self.polls > _PATIENCE and self.event is not None:
+            wait_ns = max(wait_ns, self.event.t_ns - self.port.clock.now_ns)
+        self.port.clock.hold(wait_ns)
 
     def _status(self, offset):
         raw = self.interrupts | (TX_EMPTY if self.enabled and not self.tx else 0)
