@@ -19,10 +19,13 @@ from .quaternion import Orientation, levelling, product, rotate, rotate_back, un
 
 _LEAK = 2.0  # makes it the Butterworth polynomial s^3 + 2 s^2 + 2 s + 1
 _BLOCK_S = 0.02  # of the slow part
+_SPEED_S = 3.0
 _LOST_S = 2.0
 _MIN_G = 0.5  # less is free fall or no sensor: it has no direction
 _STOP = 0.9995  # of full scale: saturated
 _MAX_STEP = 0.25  # gain times dt beyond which the loop would not be stable
+_STATE = ("_q", "_gyro", "_accel", "_vx", "_vy", "_px", "_py", "_gain", "_speed", "_age_s",
+          "_n", "_block_s", "_up", "_up_s")
 
 
 class Attitude(Orientation):
@@ -30,6 +33,7 @@ class Attitude(Orientation):
 
     rate_hz         nominal sample rate
     tau_s           time constant of the accelerometer's correction, and length of the start
+    fast_dps        sum of the three axes' |rate| that halves it: a gyro errs by parts of its rate
     rest_tau_s      time constant while resting
     bias_tau_s      time constant of the gyro bias learned in motion
     lag_s           age of a sample when it is read: the angles are for now, not for then. 4.8 ms
@@ -38,13 +42,14 @@ class Attitude(Orientation):
     and by name the settings of GyroBias
     """
 
-    def __init__(self, rate_hz=250.0, tau_s=1.4, rest_tau_s=0.5, bias_tau_s=60.0, lag_s=0.0048,
-                 gyro_range_dps=2000.0, accel_range_g=16.0, **rest):
-        if min(rate_hz, tau_s, rest_tau_s, bias_tau_s, gyro_range_dps, accel_range_g) <= 0:
-            raise ValueError("rate_hz, time constants and ranges must be positive")
+    def __init__(self, rate_hz=250.0, tau_s=1.8, fast_dps=1500.0, rest_tau_s=0.5,
+                 bias_tau_s=60.0, lag_s=0.0048, gyro_range_dps=2000, accel_range_g=16, **rest):
+        if min(rate_hz, tau_s, fast_dps, rest_tau_s, bias_tau_s) <= 0:
+            raise ValueError("rate_hz, fast_dps and the time constants must be positive")
         # settings
         self.rate_hz = rate_hz
         self.tau_s = tau_s
+        self.fast_dps = fast_dps
         self.rest_tau_s = rest_tau_s
         self.bias_tau_s = bias_tau_s
         self.lag_s = lag_s
@@ -65,11 +70,12 @@ class Attitude(Orientation):
         self._vx = self._vy = 0.0  # velocity and position that should not be there,
         self._px = self._py = 0.0  # both scaled to g by powers of the gain
         self._gain = 0.0  # rad/s
+        self._speed = 0.0  # sum of |rate|, deg/s, over some seconds
         self._age_s = 0.0
         self._sum = [0.0] * 6  # of the block: gyro, accelerometer
         self._n = self._block_n - 1  # the first block is the first sample: it levels
         self._block_s = 0.0
-        self._up = [0.0, 0.0, 0.0]  # accelerometer in the earth frame, summed over time
+        self._up = (0.0, 0.0, 0.0)  # accelerometer in the earth frame, summed over time
         self._up_s = 0.0
 
     def update(self, gx_dps, gy_dps, gz_dps, ax_g, ay_g, az_g, dt_s=None):
@@ -141,23 +147,25 @@ class Attitude(Orientation):
             self._level(bias.mean[3:])
         self._watch_up(now, span)
         self._age_s += span
+        speed = sum([abs(now[i] - bias.bias_dps[i]) for i in range(3)])
+        self._speed += min(1.0, span / _SPEED_S) * (speed - self._speed)
         self._gain = self._gain_now()
         if not bias.at_rest and self._age_s > 2.0 * self.tau_s:
             self._learn_in_motion(span)
 
     def _gain_now(self):
-        """In rad/s. None at first (the mean levels), then high, after 2 tau_s steady."""
+        """In rad/s. None at first (the mean levels), then high until the age is 2 tau_s."""
         if self._age_s < self.tau_s:
             return 0.0
-        gain = max(1.0 / self.tau_s, 2.0 / self._age_s)
+        gain = (1.0 + self._speed / self.fast_dps) / self.tau_s
+        gain = max(gain, 2.0 / self._age_s)
         return max(gain, 1.0 / self.rest_tau_s) if self._bias.at_rest else gain
 
     def _watch_up(self, now, span):
         """At first the mean of all acceleration so far is up; later, one that is more than 45
         degrees away over seconds is no acceleration but a lost attitude: start again."""
-        up = self._up
-        for i, part in enumerate(rotate(self._q, now[3], now[4], now[5])):
-            up[i] += part * span
+        more = rotate(self._q, now[3], now[4], now[5])
+        up = self._up = tuple([u + part * span for u, part in zip(self._up, more)])
         self._up_s += span
         level = up[0] * up[0] + up[1] * up[1]
         total = level + up[2] * up[2]
@@ -165,12 +173,12 @@ class Attitude(Orientation):
         if self._age_s < self.tau_s:
             if total > enough * enough:
                 self._level(up)
-                self._up = [0.0, 0.0, sqrt(total)]
+                self._up = (0.0, 0.0, sqrt(total))
         elif self._up_s >= _LOST_S:
             if total > enough * enough and (up[2] < 0.0 or level > up[2] * up[2]):
                 self._level(up)
                 self._age_s = 0.0
-            self._up = [0.0, 0.0, 0.0]
+            self._up = (0.0, 0.0, 0.0)
             self._up_s = 0.0
 
     def _level(self, up):
@@ -209,14 +217,12 @@ class Attitude(Orientation):
 
     def state(self):
         """All that changes from sample to sample, for set_state()."""
-        return (self._q, self._gyro, self._accel, self._vx, self._vy, self._px, self._py,
-                self._gain, self._age_s, tuple(self._sum), self._n, self._block_s,
-                tuple(self._up), self._up_s, self._bias.state())
+        kept = [getattr(self, name) for name in _STATE]
+        return (*kept, tuple(self._sum), self._bias.state())
 
     def set_state(self, state):
         """Go on from a state() of a filter with the same settings."""
-        (self._q, self._gyro, self._accel, self._vx, self._vy, self._px, self._py,
-         self._gain, self._age_s, total, self._n, self._block_s, up, self._up_s, bias) = state
-        self._sum = list(total)
-        self._up = list(up)
-        self._bias.set_state(bias)
+        for name, value in zip(_STATE, state):
+            setattr(self, name, value)
+        self._sum = list(state[-2])
+        self._bias.set_state(state[-1])
