@@ -75,21 +75,26 @@ def slow(array):
     far = s[_LIMIT] << 1  # no gyro has such a bias, and what follows stays inside 32 bits
     bound = s[_STILL_GYRO]
     still = 1
-    i = 0
-    while i < 6:
-        t = s[_SUM + i] * d
-        if i < 3:
-            m = t - s[_HOME + i]
-            if m > limit or m < 0 - limit or t > far or t < 0 - far:
-                still = 0
-        else:
-            bound = s[_STILL_ACCEL]
-            t <<= 6
-        m = s[_MEAN + i]
+    i = _MEAN
+    while i < _MEAN + 3:
+        t = s[i - 9] * d  # a sum
+        m = t - s[i + 6]  # its home
+        if m > limit or m < 0 - limit or t > far or t < 0 - far:
+            still = 0
+        m = s[i]
         t -= m
-        m = (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
-        s[_MEAN + i] += m
-        t -= m
+        s[i] = m + (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
+        t -= s[i] - m
+        if t > bound or t < 0 - bound:
+            still = 0
+        i += 1
+    bound = s[_STILL_ACCEL]
+    d <<= 6
+    while i < _MEAN + 6:
+        m = s[i]
+        t = s[i - 9] * d - m
+        s[i] = m + (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
+        t -= s[i] - m
         if t > bound or t < 0 - bound:
             still = 0
         i += 1

@@ -48,13 +48,14 @@ def step(self, counts: ptr16):
     ax = (s[0] * x + s[1] * y + s[2] * z + s[9]) >> 14
     ay = (s[3] * x + s[4] * y + s[5] * z + s[10]) >> 14
     az = (s[6] * x + s[7] * y + s[8] * z + s[11]) >> 14
-    stop = 32752  # 0.9995 of full scale: saturated
-    stuck = x >= stop or y >= stop or z >= stop or x <= -32752 or y <= -32752 or z <= -32752
+    # within 16 counts of full scale (x ^ x >> 31 is |x|, or one less): saturated
+    t = (x ^ x >> 31) + 16 | (y ^ y >> 31) + 16 | (z ^ z >> 31) + 16
+    stuck = t >> 15
     x = (int(counts[4]) ^ 0x8000) - 0x8000
     y = (int(counts[5]) ^ 0x8000) - 0x8000
     z = (int(counts[6]) ^ 0x8000) - 0x8000
-    if x >= stop or y >= stop or z >= stop or x <= -32752 or y <= -32752 or z <= -32752:
-        s[_OVER] = 1
+    t = (x ^ x >> 31) + 16 | (y ^ y >> 31) + 16 | (z ^ z >> 31) + 16
+    s[_OVER] |= t >> 15
     gx = (s[12] * x + s[13] * y + s[14] * z + s[21]) >> s[_GYRO_SHIFT]
     gy = (s[15] * x + s[16] * y + s[17] * z + s[22]) >> s[_GYRO_SHIFT]
     gz = (s[18] * x + s[19] * y + s[20] * z + s[23]) >> s[_GYRO_SHIFT]
