@@ -18,9 +18,7 @@ from .gyro_bias import GyroBias
 from .quaternion import Orientation, levelling, product, rotate, rotate_back, unit
 
 _LEAK = 2.0  # makes it the Butterworth polynomial s^3 + 2 s^2 + 2 s + 1
-_BLOCK_S = 0.02  # of the slow part
-_SPEED_S = 3.0
-_LOST_S = 2.0
+_BLOCK_S, _SPEED_S, _LOST_S = 0.02, 3.0, 2.0  # of the slow part
 _MIN_G = 0.5  # less is free fall or no sensor: it has no direction
 _STOP = 0.9995  # of full scale: saturated
 _MAX_STEP = 0.25  # gain times dt beyond which the loop would not be stable
@@ -67,8 +65,8 @@ class Attitude(Orientation):
         self._q = (1.0, 0.0, 0.0, 0.0)  # sensor to earth
         self._gyro = None  # the last sample, deg/s
         self._accel = (0.0, 0.0, 0.0)  # and g
-        self._vx = self._vy = 0.0  # velocity and position that should not be there,
-        self._px = self._py = 0.0  # both scaled to g by powers of the gain
+        # velocity and position that should not be there, scaled to g by powers of the gain
+        self._vx = self._vy = self._px = self._py = 0.0
         self._gain = 0.0  # rad/s
         self._speed = 0.0  # sum of |rate|, deg/s, over some seconds
         self._age_s = 0.0
@@ -90,9 +88,8 @@ class Attitude(Orientation):
         if not (ax_g + ay_g + az_g) * 0.0 == 0.0:
             ax_g, ay_g, az_g = self._accel
         self._accel = (ax_g, ay_g, az_g)
-        total = self._sum
         for i, value in enumerate((gx_dps, gy_dps, gz_dps, ax_g, ay_g, az_g)):
-            total[i] += value * dt_s
+            self._sum[i] += value * dt_s
         self._turn(gx_dps, gy_dps, gz_dps, dt_s)
         self._correct(ax_g, ay_g, az_g, dt_s)
         self._block_s += dt_s
@@ -151,7 +148,9 @@ class Attitude(Orientation):
         self._speed += min(1.0, span / _SPEED_S) * (speed - self._speed)
         self._gain = self._gain_now()
         if not bias.at_rest and self._age_s > 2.0 * self.tau_s:
-            self._learn_in_motion(span)
+            # what must be corrected again and again is bias: the correction, seen by the sensor
+            k = degrees(span / (self.tau_s * self.bias_tau_s))
+            bias.trim(rotate_back(self._q, -k * self._py, k * self._px, 0.0))
 
     def _gain_now(self):
         """In rad/s. None at first (the mean levels), then high until the age is 2 tau_s."""
@@ -162,8 +161,8 @@ class Attitude(Orientation):
         return max(gain, 1.0 / self.rest_tau_s) if self._bias.at_rest else gain
 
     def _watch_up(self, now, span):
-        """At first the mean of all acceleration so far is up; later, one that is more than 45
-        degrees away over seconds is no acceleration but a lost attitude: start again."""
+        """At first the mean acceleration so far is up; later, one more than 45 degrees away over
+        seconds is no acceleration but a lost attitude: start again."""
         more = rotate(self._q, now[3], now[4], now[5])
         up = self._up = tuple([u + part * span for u, part in zip(self._up, more)])
         self._up_s += span
@@ -186,12 +185,6 @@ class Attitude(Orientation):
         self._q = unit(product(levelling(*up), self._q))
         self._vx = self._vy = self._px = self._py = 0.0
 
-    def _learn_in_motion(self, span):
-        """What has to be corrected again and again is bias: the correction, seen by the sensor."""
-        k = -degrees(span / (self.tau_s * self.bias_tau_s))
-        x, y, z = rotate_back(self._q, self._py, -self._px, 0.0)
-        self._bias.trim((k * x, k * y, k * z))
-
     @property
     def at_rest(self):
         """True when it has stood still for a while."""
@@ -206,19 +199,18 @@ class Attitude(Orientation):
         """(w, x, y, z), sensor to earth, for now: turned on by lag_s at the last rate."""
         half = radians(0.5 * self.lag_s)
         bias = self._bias.bias_dps
-        x, y, z = [(rate - b) * half for rate, b in zip(self._gyro or bias, bias)]
-        return unit(product(self._q, (1.0, x, y, z)))
+        turn = [(rate - b) * half for rate, b in zip(self._gyro or bias, bias)]
+        return unit(product(self._q, [1.0] + turn))
 
     def linear_accel_g(self):
         """Acceleration without gravity in sensor axes, g, at the instant of the last sample."""
-        x, y, z = rotate_back(self._q, 0.0, 0.0, 1.0)
-        ax, ay, az = self._accel
-        return (ax - x, ay - y, az - z)
+        gravity = rotate_back(self._q, 0.0, 0.0, 1.0)
+        return tuple([a - g for a, g in zip(self._accel, gravity)])
 
     def state(self):
         """All that changes from sample to sample, for set_state()."""
-        kept = [getattr(self, name) for name in _STATE]
-        return (*kept, tuple(self._sum), self._bias.state())
+        kept = tuple([getattr(self, name) for name in _STATE])
+        return kept + (tuple(self._sum), self._bias.state())
 
     def set_state(self, state):
         """Go on from a state() of a filter with the same settings."""
