@@ -94,7 +94,8 @@ class Pins:
         self.fixed = wiring is not None
         self.lines = {}  # bus id -> (sda, scl)
         for bus_id, default in enumerate(port.traits.i2c_pins):
-            self._connect(bus_id, *self.wired.get(bus_id, default))
+            if bus_id in port.buses:
+                self._connect(bus_id, *self.wired.get(bus_id, default))
 
     def state(self, number):
         if number not in self.states:
