@@ -72,21 +72,22 @@ class Pin:
     def toggle(self):
         self._state.write(not self._state.latch)
 
-    def irq(self, handler=None, trigger=None, **options):
-        """`hard=` exists on rp2 only, `wake=` on esp32 only, as in 1.25."""
+    def irq(self, *arguments, **options):
+        """irq(handler=None, trigger=both edges), `hard=` on rp2 and `wake=` on esp32, as in 1.25.
+
+        Without any argument nothing changes.
+        """
         rp2 = self._port.traits.platform == "rp2"
-        hard = options.pop("hard", False) if rp2 else False
-        if not rp2:
-            options.pop("wake", None)
-        if options:
-            raise TypeError("extra keyword arguments given")
         constants = self._port.traits.pin_constants
         names = {RISING: constants["IRQ_RISING"], FALLING: constants["IRQ_FALLING"]}
         irq = Irq(self._state, names)
-        if handler is not None or trigger is not None:
-            state = self._state
-            state.handler, state.hard = handler, bool(hard)
-            irq.trigger(sum(names.values()) if trigger is None else trigger)
+        if arguments or options:
+            given = {**dict(zip(("handler", "trigger"), arguments)), **options}
+            if set(given) - {"handler", "trigger", "hard" if rp2 else "wake"}:
+                raise TypeError("extra keyword arguments given")
+            self._state.handler = given.get("handler")
+            self._state.hard = bool(given.get("hard", False))
+            irq.trigger(given.get("trigger", sum(names.values())))
         return irq
 
 
