@@ -154,8 +154,8 @@ class I2CBlock:
         if self.event is None:
             self._later(0)
 
-    def _later(self, ns):
-        self.event = self.port.clock.at(self.port.clock.now_ns + ns, self._step)
+    def _later(self, ns, action=None):
+        self.event = self.port.clock.at(self.port.clock.now_ns + ns, action or self._step)
 
     def _step(self):
         """Do the next command, or hold the bus when there is none."""
@@ -182,17 +182,17 @@ class I2CBlock:
             bits += 10
             self.interrupts |= START_DET
             if not wire.bus.start(self.plain[IC_TAR] & 0x7F, read):
-                self._abort(ABRT_7B_ADDR_NOACK)
+                self._later(10 * bit_ns, lambda: self._abort(ABRT_7B_ADDR_NOACK))
                 return
             self.running, self.reading, self.first = True, read, True
         if read:
             value = wire.bus.read(bool(command & CMD_STOP))
         elif not wire.bus.write(command & 0xFF):
-            self._abort(ABRT_TXDATA_NOACK)
+            self._later(bits * bit_ns, lambda: self._abort(ABRT_TXDATA_NOACK))
             return
         self.tx.popleft()
-        self.event = self.port.clock.at(
-            self.port.clock.now_ns + bits * bit_ns,
+        self._later(
+            bits * bit_ns,
             lambda: self._finish(value if read else None, bool(command & CMD_STOP), bit_ns),
         )
 
@@ -223,6 +223,7 @@ class I2CBlock:
         """The commands are flushed, their number goes to the top bits of the source, the bus gets
         a STOP.
         """
+        self.event = None
         self.abort_source |= source | len(self.tx) << 23
         self.tx.clear()
         self.interrupts |= TX_ABRT
