@@ -107,7 +107,8 @@ def test_scan_finds_the_chip_alone(pico):
 def test_soft_i2c_reads_and_writes_the_same_registers(pico):
     """0x19 is SMPLRT_DIV, 0x1A CONFIG, 0x6B PWR_MGMT_1: the chip must be awake to keep them."""
     pico.exec("soft = SoftI2C(scl=Pin(5), sda=Pin(4), freq=100_000)")
-    pico.exec("soft.writeto_mem(0x68, 0x6B, b'\\x01'); soft.writeto_mem(0x68, 0x19, b'\\x12\\x03')")
+    pico.exec("soft.writeto_mem(0x68, 0x6B, b'\\x01')")
+    pico.exec("soft.writeto_mem(0x68, 0x19, b'\\x12\\x03')")
     assert pico.exec("print(soft.readfrom_mem(0x68, 0x19, 2), soft.scan())") == (
         "b'\\x12\\x03' [104]\n"
     )

@@ -19,7 +19,7 @@ def main():
     bus = Bus(MPU6050Chip(source(options.motion)), faults=load_scenario(options.faults or []))
     with VirtualPico(bus=bus, root=not options.bare) as pico, pico.terminal() as port:
         print(f"MicroPython with an MPU6050 ({options.motion}) at {port.path}", flush=True)
-        print(f"try: mpremote connect {port.path} resume repl     (Ctrl-C here ends it)", flush=True)
+        print(f"try: mpremote connect {port.path} resume repl  (end: Ctrl-C here)", flush=True)
         end = time.monotonic() + options.seconds if options.seconds else None
         try:
             while end is None or time.monotonic() < end:

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT
+"""Debian packages: compilers from the machine's own suite, sources from trixie.
+
+MicroPython's sources come from the suite that has the release; it is asked through a private apt
+folder with the mirror that the machine already uses, so that its own lists stay as they are.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+from tools.virtual.images.workshop import FirmwareError, run, say
+
+SUITE = "trixie"
+KEYRING = "/usr/share/keyrings/debian-archive-keyring.gpg"
+COMMON = ("gcc", "g++", "libc6-dev", "make", "python3", "xz-utils", "bzip2")
+TOOLS = {
+    "unix": COMMON,
+    "rp2": (
+        *COMMON,
+        "cmake",
+        "gcc-arm-none-eabi",
+        "libnewlib-arm-none-eabi",
+        "libstdc++-arm-none-eabi-newlib",
+    ),
+    "rv32": (
+        *COMMON,
+        "gcc-riscv64-unknown-elf",
+        "picolibc-riscv64-unknown-elf",
+        "qemu-system-misc",
+    ),
+}
+
+
+def ensure_tools(target):
+    """Install what building `target` needs and is missing; FirmwareError when that cannot be."""
+    if shutil.which("apt-get") is None:
+        raise FirmwareError(
+            "building an image needs Debian or a relative of it; elsewhere, put a MicroPython UF2 "
+            "for the Raspberry Pi Pico somewhere and set PLUMB_FIRMWARE to its path"
+        )
+    missing = [name for name in TOOLS[target] if not _installed(name)]
+    if not missing:
+        return
+    if os.geteuid() != 0:
+        raise FirmwareError(f"please run: sudo apt-get install {' '.join(missing)}")
+    say(f"installing {', '.join(missing)}")
+    run("reading the package lists", "apt-get", "update", "-q")
+    run(
+        "installing compilers",
+        *("apt-get", "install", "-q", "-y", "--no-install-recommends", *missing),
+    )
+
+
+def _installed(name):
+    command = ["dpkg-query", "-W", "-f", "${Status}", name]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return "install ok installed" in done.stdout
+
+
+def download_sources(folder):
+    """MicroPython and mbedtls sources, pico-sdk and tinyusb packages, as files in `folder`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    options = _private_apt(folder / "apt")
+    run(f"reading the lists of {SUITE}", "apt-get", *options, "update", "-q")
+    run(
+        "downloading MicroPython and mbedtls",
+        *("apt-get", *options, "source", "-q", "--download-only", "micropython", "mbedtls"),
+        cwd=folder,
+    )
+    run(
+        "downloading pico-sdk and tinyusb",
+        *("apt-get", *options, "download", "-q", "pico-sdk-source", "tinyusb-source"),
+        cwd=folder,
+    )
+
+
+def _private_apt(folder):
+    """Options that make apt-get use `folder` for its sources, lists and cache."""
+    for name in ("lists/partial", "cache/archives/partial"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    mirror, signed_by = find_mirror(Path("/etc/apt"))
+    sources = folder / "plumb.sources"
+    sources.write_text(
+        f"Types: deb deb-src\nURIs: {mirror}\nSuites: {SUITE}\nComponents: main\n"
+        f"Signed-By: {signed_by}\n"
+    )
+    settings = {
+        "Dir::Etc::sourcelist": sources,
+        "Dir::Etc::sourceparts": "/dev/null",
+        "Dir::Etc::preferences": "/dev/null",
+        "Dir::Etc::preferencesparts": "/dev/null",
+        "Dir::State::lists": folder / "lists",
+        "Dir::Cache": folder / "cache",
+        "APT::Sandbox::User": "",
+    }
+    return [part for name, value in settings.items() for part in ("-o", f"{name}={value}")]
+
+
+def find_mirror(etc_apt):
+    """(address, keyring) of the Debian archive in this machine's apt configuration."""
+    parts = etc_apt / "sources.list.d"
+    for path in sorted(parts.glob("*.sources")):
+        for stanza in re.split(r"\n\s*\n", path.read_text()):
+            fields = dict(re.findall(r"^([A-Za-z-]+):[ \t]*(.+)$", stanza, re.MULTILINE))
+            for address in fields.get("URIs", "").split():
+                if _is_archive(address):
+                    return address, fields.get("Signed-By", KEYRING)
+    for path in [etc_apt / "sources.list", *sorted(parts.glob("*.list"))]:
+        text = path.read_text() if path.exists() else ""
+        for options, address in re.findall(r"^deb\s+(\[.*?\]\s+)?(\S+)", text, re.MULTILINE):
+            if _is_archive(address):
+                signed = re.search(r"signed-by=([^\s\]]+)", options)
+                return address, signed.group(1) if signed else KEYRING
+    raise FirmwareError(f"no Debian mirror in {etc_apt}: set PLUMB_FIRMWARE to a UF2 instead")
+
+
+def _is_archive(address):
+    """The main archive, and not the one of security updates or of another vendor."""
+    return address.rstrip("/").endswith("/debian")

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""How each image is built from the source tree. Call these inside workshop.one_builder()."""
+
+import sys
+import tempfile
+from pathlib import Path
+
+from tools.virtual.images.packages import ensure_tools
+from tools.virtual.images.sources import JOBS, VERSION, source_tree
+from tools.virtual.images.workshop import cache_dir, publish, run
+
+# What the board's own manifest freezes, without the drivers from micropython-lib (a submodule).
+RP2_MANIFEST = 'freeze("$(PORT_DIR)/modules")\ninclude("$(MPY_DIR)/extmod/asyncio")\n'
+UNIX_MANIFEST = 'include("$(MPY_DIR)/extmod/asyncio")\n'
+UF2_FAMILY = "0xe48bff56"  # RP2040
+FLASH_START = "0x10000000"
+RV32_HEAP = str(1 << 20)
+
+
+def build_rp2(name, manifest=None, board="RPI_PICO", board_dir=None):
+    """The RP2 port for `board`, as UF2 `name` in the cache.
+
+    `manifest` and `board_dir` are paths; by default the board's own, less the drivers that need
+    micropython-lib. Takes a minute and a half on two cores, the source tree as much again.
+    """
+    ensure_tools("rp2")
+    tree = source_tree()
+    with tempfile.TemporaryDirectory(dir=cache_dir()) as scratch:
+        scratch = Path(scratch)
+        if manifest is None:
+            manifest = scratch / "manifest.py"
+            manifest.write_text(RP2_MANIFEST)
+        board_dir = Path(board_dir or tree / "ports" / "rp2" / "boards" / board).resolve()
+        settings = {
+            "MICROPY_BOARD": board,
+            "MICROPY_BOARD_DIR": board_dir,
+            "MICROPY_FROZEN_MANIFEST": Path(manifest).resolve(),
+            "PICO_NO_PICOTOOL": 1,
+            "PICO_BUILD_DOCS": 0,
+        }
+        defines = [f"-D{key}={value}" for key, value in settings.items()]
+        port, build = tree / "ports" / "rp2", scratch / "build"
+        run("configuring the RP2 port", "cmake", "-S", port, "-B", build, *defines)
+        run("building the RP2 port", "make", "-C", build, "-j", JOBS)
+        uf2 = scratch / "firmware.uf2"
+        run(
+            "making the UF2",
+            *(sys.executable, tree / "tools" / "uf2conv.py", "-f", UF2_FAMILY, "-b", FLASH_START),
+            *("-c", build / "firmware.bin", "-o", uf2),
+        )
+        return publish(uf2, name)
+
+
+def build_unix():
+    """The Unix port: a program for this machine."""
+    ensure_tools("unix")
+    options = ("MICROPY_PY_FFI=0", "MICROPY_PY_SSL=0", "MICROPY_PY_BTREE=0")
+    return _make_port("unix", "micropython", f"micropython-{VERSION}-unix", UNIX_MANIFEST, options)
+
+
+def build_rv32():
+    """The QEMU port for 32-bit RISC-V, the instruction set of the ESP32-C3 and C6.
+
+    GCC 12 wants zicsr named when it compiles, and finds its libgcc only under the name without.
+    """
+    ensure_tools("rv32")
+    options = (
+        "BOARD=VIRT_RV32",
+        "RV32_ARCH=rv32imac",
+        "AFLAGS=-mabi=ilp32 -march=rv32imac_zicsr",
+        f"MICROPY_HEAP_SIZE={RV32_HEAP}",
+    )
+    return _make_port("qemu", "firmware.elf", f"micropython-{VERSION}-rv32.elf", "", options)
+
+
+def _make_port(port, product, name, manifest, options):
+    tree = source_tree()
+    with tempfile.TemporaryDirectory(dir=cache_dir()) as scratch:
+        path = Path(scratch) / "manifest.py"
+        path.write_text(manifest)
+        build = Path(scratch) / "build"
+        run(
+            f"building the {port} port",
+            *("make", "-C", tree / "ports" / port, "-j", JOBS, f"BUILD={build}"),
+            *(f"FROZEN_MANIFEST={path if manifest else ''}", *options),
+        )
+        return publish(build / product, name)

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""One tree of MicroPython's sources with what its ports need, in the cache."""
+
+import os
+import shutil
+import tarfile
+import tempfile
+from pathlib import Path
+
+from tools.virtual.images.packages import download_sources
+from tools.virtual.images.workshop import FirmwareError, cache_dir, run, say
+
+VERSION = "1.25.0"
+JOBS = str(os.cpu_count() or 1)
+# The makefiles look at these to see whether a git submodule is there.
+MARKERS = ("lib/pico-sdk/README.md", "lib/micropython-lib/README.md")
+PACKAGED = {"pico-sdk-source": "pico-sdk", "tinyusb-source": "tinyusb"}
+
+
+def source_tree():
+    """The unpacked tree, its mpy-cross built; made on the first call (a minute and a half)."""
+    tree = cache_dir() / f"source-{VERSION}"
+    if not tree.exists():
+        with tempfile.TemporaryDirectory(dir=cache_dir()) as scratch:
+            made = Path(scratch) / "tree"
+            _make(Path(scratch), made)
+            os.replace(made, tree)
+    if not (tree / "mpy-cross" / "build" / "mpy-cross").exists():
+        run("building mpy-cross", "make", "-C", tree / "mpy-cross", "-j", JOBS)
+    return tree
+
+
+def _make(scratch, tree):
+    downloads = scratch / "downloads"
+    download_sources(downloads)
+    say("unpacking")
+    _unpack(_one(downloads, f"micropython_{VERSION}*.orig.tar.*"), tree)
+    _unpack(_one(downloads, "mbedtls_3.*.orig.tar.*"), tree / "lib" / "mbedtls")
+    for package, name in PACKAGED.items():
+        run(f"unpacking {name}", "dpkg-deb", "-x", _one(downloads, f"{package}_*.deb"), scratch)
+        shutil.rmtree(tree / "lib" / name, ignore_errors=True)
+        shutil.move(scratch / "usr" / "src" / name, tree / "lib" / name)
+    for marker in MARKERS:
+        (tree / marker).parent.mkdir(parents=True, exist_ok=True)
+        (tree / marker).touch()
+
+
+def _one(folder, pattern):
+    found = sorted(folder.glob(pattern))
+    if len(found) != 1:
+        names = ", ".join(path.name for path in sorted(folder.iterdir()))
+        raise FirmwareError(f"expected one file {pattern} from the mirror, got: {names}")
+    return found[0]
+
+
+def _unpack(archive, target):
+    """Unpack without the archive's first folder."""
+    target.mkdir(parents=True, exist_ok=True)
+    with tarfile.open(archive) as tar:
+        members = []
+        for member in tar.getmembers():
+            _, _, member.name = member.name.partition("/")
+            if member.islnk():
+                _, _, member.linkname = member.linkname.partition("/")
+            if member.name:
+                members.append(member)
+        tar.extractall(target, members, filter="tar")
