@@ -2,79 +2,86 @@
 """Copies boot.py, main.py, lib/ and firmware/ to a board with mpremote, and starts it.
 
 `python -m tools.deploy --port /dev/ttyACM0`. Modules go as .mpy, compiled for the board's
-processor when its MicroPython can load what mpy-cross makes, else as they are.
+processor when its MicroPython can load what mpy-cross makes, else as they are. A file that the
+board has already is left alone.
 """
 
 import argparse
 import ast
-import subprocess
+import base64
+import hashlib
 import sys
-import tempfile
 import time
 from pathlib import Path
+
+from mpremote.transport import TransportError
+from mpremote.transport_serial import SerialTransport
 
 from tools.virtual.rp2040.flash import cross_compile, project_files
 
 # sys.implementation._mpy >> 10: MicroPython's codes of native architectures, mpy-cross's names
-ARCHITECTURES = {3: "armv6m", 4: "armv7m", 5: "armv7em", 6: "armv7emsp", 7: "armv7emdp",
+ARCHITECTURES = {4: "armv6m", 5: "armv7m", 6: "armv7em", 7: "armv7emsp", 8: "armv7emdp",
                  9: "xtensa", 10: "xtensawin", 11: "rv32imc"}  # fmt: skip
-MPY_VERSION = 6
+MPY_VERSION = 6  # the low byte of _mpy: what mpy-cross of this version writes
+FOLDERS = ("lib/mpu6050", "lib/attitude", "lib/control", "firmware")  # what is ours alone
+CHUNK = 3072  # bytes of a file in one command: a fortieth of the smallest board's heap
 
-_ASK = "import sys; i = sys.implementation; print((sys.platform, i._machine, i.version, i._mpy))"
-_EMPTY = (
-    "import os\n"
-    "def r(p):\n"
-    " for e in os.ilistdir(p):\n"
-    "  q = p + '/' + e[0]\n"
-    "  if e[1] == 0x4000:\n"
-    "   r(q)\n"
-    "   os.rmdir(q)\n"
-    "  else:\n"
-    "   os.remove(q)\n"
-    "for p in ('lib/mpu6050', 'lib/attitude', 'lib/control', 'firmware'):\n"
-    " try:\n"
-    "  r(p)\n"
-    " except OSError:\n"
-    "  pass\n"
-)
+_IDENTITY = "import sys; i=sys.implementation; print((sys.platform,i._machine,i.version,i._mpy))"
+_LIST = """
+import os, hashlib, binascii
+def walk(p):
+    for e in os.ilistdir(p):
+        q = p + '/' + e[0]
+        if e[1] == 0x4000:
+            yield from walk(q)
+        else:
+            h = hashlib.sha256()
+            with open(q, 'rb') as f:
+                while True:
+                    b = f.read(512)
+                    if not b:
+                        break
+                    h.update(b)
+            yield q, binascii.hexlify(h.digest()).decode()
+for top in %r:
+    try:
+        for item in walk(top):
+            print(item)
+    except OSError:
+        pass
+"""
 
 
 class DeployError(Exception):
     """What went wrong and what to check, in one text."""
 
 
-def mpremote(port, *arguments, timeout_s=60):
-    """What mpremote printed. DeployError with its words when it fails."""
-    command = [sys.executable, "-m", "mpremote", "connect", port, *arguments]
+def open_board(port):
+    """mpremote's transport to the board at a serial port, its program stopped. DeployError."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s)
-    except subprocess.TimeoutExpired:
-        raise DeployError(
-            f"{port} does not answer within {timeout_s} s. Check: is another program (Thonny, a "
-            "terminal) using the port; unplug the board and plug it in again"
-        ) from None
-    if done.returncode:
-        raise DeployError(_explain(port, done.stdout + done.stderr))
-    return done.stdout
-
-
-def _explain(port, text):
-    text = text.strip()
-    if "no device found" in text or "failed to access" in text or "could not open" in text:
+        board = SerialTransport(port)
+    except (TransportError, OSError) as error:
         there = ", ".join(map(str, sorted(Path("/dev").glob("tty[AU][CS][MB]*")))) or "none"
-        return (
-            f"no board at {port} (serial ports here: {there}). Check: the cable carries data, "
-            f"MicroPython is on the board, you may use the port (group dialout), PORT= names it"
-        )
-    if "could not enter raw repl" in text:
-        return f"{port} is there but no MicroPython answers: press RESET, or flash MicroPython\n{text}"
-    return f"{port}: {text}"
+        raise DeployError(
+            f"no board at {port} ({error}; serial ports here: {there}). Check: the cable carries "
+            "data, you may use the port (group dialout), PORT= names it"
+        ) from error
+    try:
+        board.enter_raw_repl(soft_reset=True)
+    except TransportError as error:
+        raise DeployError(
+            f"{port} is there but no MicroPython answers ({error}). Check: no other program "
+            "(Thonny, a terminal) uses the port; press RESET; flash MicroPython"
+        ) from error
+    return board
 
 
-def compiled_files(architecture):
+def project(architecture):
     """{path on the board: bytes}; modules as .mpy for this architecture, None: as source."""
     files = {}
-    for path, source in project_files().items():
+    found = project_files()
+    found["main.py"] = found.pop("main.py")  # last: a copy cut short starts nothing
+    for path, source in found.items():
         data = source.read_bytes()
         if architecture is None or path in ("boot.py", "main.py"):
             files[path] = data
@@ -83,45 +90,61 @@ def compiled_files(architecture):
     return files
 
 
-def deploy(port, source=False, timeout_s=60, say=print):
-    """Copy everything and reset the board. `source`: .py files even where .mpy would load."""
-    answer = mpremote(port, "exec", _ASK, timeout_s=timeout_s)
-    platform, name, version, mpy = ast.literal_eval(answer.strip().splitlines()[-1])
-    say(f"{name} ({platform}), MicroPython {'.'.join(map(str, version[:3]))}")
-    architecture = ARCHITECTURES.get(mpy >> 10)
-    if source or mpy & 0xFF != MPY_VERSION:
-        architecture = None
-    files = compiled_files(architecture)
-    kind = f".mpy for {architecture}" if architecture else "source"
-    say(f"{len(files)} files, {sum(map(len, files.values())) // 1024} KiB as {kind}")
-    # old modules go first: a .py left over would be imported in place of the new .mpy
-    mpremote(port, "resume", "exec", _EMPTY, timeout_s=timeout_s)
-    began = time.monotonic()
-    with tempfile.TemporaryDirectory() as folder:
-        names = []
-        for path, data in files.items():
-            local = Path(folder, path)
-            local.parent.mkdir(parents=True, exist_ok=True)
-            local.write_bytes(data)
-            names.append(path)
-        parts = [["lib"], ["firmware"], ["boot.py"], ["main.py"]]  # main.py last: all or nothing
-        for number, part in enumerate(parts, 1):
-            local = Path(folder, *part)
-            command = ["cp", "-r"] if local.is_dir() else ["cp"]
-            mpremote(port, "resume", "fs", *command, str(local), ":", timeout_s=10 * timeout_s)
-            say(f"[{number}/{len(parts)}] {part[0]:<10} {time.monotonic() - began:5.1f} s")
-    mpremote(port, "resume", "reset", timeout_s=timeout_s)
-    say("the board starts; see its angles with: mpremote connect " + port + " resume repl")
+def write(board, path, data):
+    """Write one file by the raw REPL. TransportError when the board refuses."""
+    board.exec(f"f=open({path!r},'wb')")
+    for start in range(0, len(data), CHUNK):
+        text = base64.b64encode(data[start : start + CHUNK])
+        board.exec(b"f.write(a2b(b'" + text + b"'))")
+    board.exec("f.close()")
+
+
+def make_folders(board, paths):
+    """Make the folders of these files, those that are missing."""
+    folders = sorted({str(p) for path in paths for p in Path(path).parents if str(p) != "."})
+    board.exec(
+        f"import os\nfor p in {folders!r}:\n try:\n  os.mkdir(p)\n except OSError:\n  pass"
+    )
+
+
+def deploy(port, source=False, say=print):
+    """Copy what differs, remove what is ours and gone, reset. DeployError says what to check."""
+    board = open_board(port)
+    try:
+        answer = board.exec(_IDENTITY).decode()
+        platform, name, version, mpy = ast.literal_eval(answer.strip())
+        say(f"{name} ({platform}), MicroPython {'.'.join(map(str, version[:3]))}")
+        fits = not source and mpy & 0xFF == MPY_VERSION
+        files = project(ARCHITECTURES.get(mpy >> 10) if fits else None)
+        there = dict(map(ast.literal_eval, board.exec(_LIST % (FOLDERS,)).decode().splitlines()))
+        for path in sorted(set(there) - set(files)):  # a .py left over would hide the new .mpy
+            board.exec(f"import os; os.remove({path!r})")
+        new = {p: d for p, d in files.items() if there.get(p) != hashlib.sha256(d).hexdigest()}
+        say(f"{len(files)} files, {len(new)} to copy")
+        make_folders(board, new)
+        board.exec("from binascii import a2b_base64 as a2b")
+        began, done, total = time.monotonic(), 0, sum(map(len, new.values()))
+        for path, data in new.items():
+            write(board, path, data)
+            done += len(data)
+            say(f"{100 * done // total:3d} %  {time.monotonic() - began:5.1f} s  {path}")
+        board.exec_raw_no_follow("import machine; machine.reset()")
+    except TransportError as error:
+        raise DeployError(f"{port}: the board stopped answering or refused: {error}") from error
+    finally:
+        board.close()
+    say(f"started; see its angles with: mpremote connect {port} resume exec 'app.watch()'")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--port", default="auto", help="serial port, default: the first board")
+    parser.add_argument("--port", help="serial port of the board, as /dev/ttyACM0")
     parser.add_argument("--source", action="store_true", help="copy .py files, not .mpy")
-    parser.add_argument("--timeout", type=float, default=60, help="seconds for one step")
     args = parser.parse_args()
+    if not args.port:
+        parser.error("name the board's serial port: make deploy PORT=/dev/ttyACM0")
     try:
-        deploy(args.port, args.source, args.timeout)
+        deploy(args.port, args.source)
     except DeployError as error:
         print(f"deploy: {error}", file=sys.stderr)
         return 1
