@@ -19,7 +19,6 @@ _W = const(34)
 _LAST = const(39)
 _BIAS = const(42)
 _ROLL = const(60)
-_PITCH = const(61)
 _YAW = const(62)
 _STILL = const(80)
 _STATE_END = const(84)
@@ -41,6 +40,7 @@ class Attitude(Fixed):
     _shift_at = _GYRO_SHIFT
     _state_at = _STATE
     _state_end = _STATE_END
+    _angles_at = _ROLL
 
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         super().__init__(rate_hz, gyro_dps, accel_g, _SIZE)
@@ -52,16 +52,6 @@ class Attitude(Fixed):
     def reset(self):
         """Forget everything; the next sample starts anew with yaw 0."""
         self.set_state(self._start)
-
-    @property
-    def roll_mdeg(self):
-        """Roll in millidegrees, -180000 to 180000."""
-        return self._s[_ROLL]
-
-    @property
-    def pitch_mdeg(self):
-        """Pitch in millidegrees, -90000 to 90000."""
-        return self._s[_PITCH]
 
     @property
     def yaw_mdeg(self):

@@ -35,7 +35,10 @@ class Fixed:
     """A filter of raw counts at a fixed rate, its numbers in one array of 32-bit integers.
 
     A subclass gives _gyro_rows (axes used), _unit_per_deg (of its angles), and the places
-    _shift_at (the gyro's shift), _state_at to _state_end (what samples change).
+    _shift_at (the gyro's shift), _state_at to _state_end (what samples change), _angles_at.
+
+    angles_mdeg[0], [1] and, where there is one, [2] are roll, pitch and yaw: the same as
+    .roll_mdeg and so on, at a fifth of a property's cost on the board (5 us against 20).
     """
 
     yaw_mdeg = 0  # of filters that know roll and pitch only
@@ -47,6 +50,7 @@ class Fixed:
         self._gyro_lsb = lsb(GYRO_LSB_PER_DPS, gyro_dps, "gyro_dps")
         self._accel_lsb = lsb(ACCEL_LSB_PER_G, accel_g, "accel_g")
         self._s = array("i", [0] * size)
+        self.angles_mdeg = memoryview(self._s)[self._angles_at : self._angles_at + self._gyro_rows]
         self._gyro_base = array("i", [0] * (4 * self._gyro_rows))
         self._period16 = self._nominal16 = int(16e6 / rate_hz + 0.5)
         self.calibrate(Ideal)
@@ -59,6 +63,16 @@ class Fixed:
         fold_accel(self._s, _ACCEL, cal, self._accel_lsb)
         self._s[self._shift_at] = shift
         self._apply_period()
+
+    @property
+    def roll_mdeg(self):
+        """Roll in millidegrees, -180000 to 180000."""
+        return self._s[self._angles_at]
+
+    @property
+    def pitch_mdeg(self):
+        """Pitch in millidegrees."""
+        return self._s[self._angles_at + 1]
 
     @property
     def period_us(self):

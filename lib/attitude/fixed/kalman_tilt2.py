@@ -30,7 +30,9 @@ _ROLL = const(35)
 _ROLL_BIAS = const(36)
 _PITCH = const(37)
 _PITCH_BIAS = const(38)
-_TABLE = const(39)
+_ROLL_MDEG = const(39)  # the angles in whole millidegrees
+_PITCH_MDEG = const(40)
+_TABLE = const(41)
 
 
 class KalmanTilt2(Fixed):
@@ -49,6 +51,7 @@ class KalmanTilt2(Fixed):
     _shift_at = _GYRO_SHIFT
     _state_at = _STATE
     _state_end = _TABLE
+    _angles_at = _ROLL_MDEG
 
     def __init__(
         self,
@@ -80,16 +83,6 @@ class KalmanTilt2(Fixed):
             s[i] = 0
         s[_K0], s[_K1], s[_LEFT], s[_D0], s[_D1] = s[_TABLE : _TABLE + 5]
         s[_ROW] = _TABLE + 2
-
-    @property
-    def roll_mdeg(self):
-        """Roll in millidegrees, -180000 to 180000."""
-        return self._s[_ROLL] >> 11
-
-    @property
-    def pitch_mdeg(self):
-        """Pitch in millidegrees, -180000 to 180000."""
-        return self._s[_PITCH] >> 11
 
     @micropython.viper
     def update(self, counts: ptr16):
@@ -207,3 +200,5 @@ class KalmanTilt2(Fixed):
             at = _PITCH
             m = s[_PITCH_MEASURED]
             y = x
+        s[_ROLL_MDEG] = (s[_ROLL] + 1024) >> 11
+        s[_PITCH_MDEG] = (a + 1024) >> 11

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""Time and heap of each stage on the emulated RP2040, or on a real board with --port.
+
+    python -m tools.bench [--json FILE] [--port DEV]
+
+The board runs tools/board_scripts/bench.py. Times are net of an empty call; `bytes` is what the
+heap grew by a call with the collector off, and `locked` tells that the stage ran with the heap
+locked. A real board must hold the project (make deploy) and the sensor.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+SCRIPT = Path(__file__).parent / "board_scripts" / "bench.py"
+RATES_HZ = (250, 500, 1000)
+# what the stages are meant to take at most on an RP2040 at 125 MHz, us
+BARS_US = {
+    "fixed.kalman2.update": 40,
+    "fixed.attitude.update": 150,
+    "step.kalman2": 520,
+    "step.attitude": 650,
+    "split.kalman2": 110,
+    "split.attitude": 230,
+}
+
+
+def run_emulated():
+    """What the script prints on the emulated Pico, its sensor in free motion."""
+    from tools.virtual.bus import Bus
+    from tools.virtual.chip import MPU6050Chip
+    from tools.virtual.free_motion import FreeMotion
+    from tools.virtual.pico import VirtualPico
+
+    bus = Bus(MPU6050Chip(motion=FreeMotion(seed=1)))
+    with VirtualPico(bus=bus, root=True, main=False) as pico:
+        return pico.exec(SCRIPT.read_text(), timeout_s=60)
+
+
+def run_on(port):
+    """What the script prints on the board at a serial port."""
+    command = [sys.executable, "-m", "mpremote", "connect", port, "run", str(SCRIPT)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    if done.returncode or "Traceback" in done.stdout:
+        raise SystemExit(f"{port}: {done.stdout}{done.stderr}\nIs the project on it? make deploy")
+    return done.stdout
+
+
+def parse(text):
+    """The script's lines as {"board", "mhz", "rows": [...], "modules": [...]}."""
+    result = {"rows": [], "modules": []}
+    for line in text.splitlines():
+        kind, *words = line.split()
+        if kind == "board":
+            result["board"] = words[0].replace("_", " ")
+            result["mhz"] = int(words[1])
+        elif kind == "empty":
+            result["empty_us"] = round(float(words[0]), 1)
+        elif kind == "module":
+            result["modules"].append(
+                {"name": words[0], "import_ms": int(words[1]) / 1000, "ram_bytes": int(words[2])}
+            )
+        elif kind == "row":
+            us, worst, size = (round(float(word), 1) for word in words[1:4])
+            result["rows"].append(
+                {
+                    "name": words[0],
+                    "us": us,
+                    "worst_us": worst,
+                    "bytes": size,
+                    "locked": words[4] == "1",
+                }
+            )
+    return result
+
+
+def table(result):
+    """The result as text: stages, margins, modules."""
+    lines = [
+        f"{result['board']}, {result['mhz']} MHz; net of an empty call of {result['empty_us']} us",
+        "",
+        f"{'stage':24}{'us':>9}{'worst':>9}{'bar':>7}{'bytes':>8}  heap",
+    ]
+    for row in result["rows"]:
+        lines.append(
+            f"{row['name']:24}{row['us']:9.1f}{row['worst_us']:9.1f}"
+            f"{BARS_US.get(row['name'], ''):>7}{row['bytes']:8g}"
+            f"  {'may be locked' if row['locked'] else 'is used'}"
+        )
+    lines += ["", f"{'share of the period at':24}" + "".join(f"{hz:>7} Hz" for hz in RATES_HZ)]
+    for row in result["rows"]:
+        if row["name"].split(".")[0] in ("step", "split"):
+            shares = "".join(f"{row['us'] * hz / 1e4:8.1f} %" for hz in RATES_HZ)
+            lines.append(f"{row['name']:24}{shares}")
+    lines += ["", f"{'import, in this order':28}{'ms':>7}{'RAM bytes':>12}"]
+    for module in result["modules"]:
+        lines.append(f"{module['name']:28}{module['import_ms']:7.0f}{module['ram_bytes']:12}")
+    return "\n".join(lines)
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there")
+    parser.add_argument("--port", metavar="DEV", help="a real board's serial port")
+    options = parser.parse_args(arguments)
+    result = parse(run_on(options.port) if options.port else run_emulated())
+    print(table(result))
+    if options.json:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

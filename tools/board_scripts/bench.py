@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+# Runs on the board (see tools/bench.py): times each stage and prints one line for each figure.
+# Times are net of an empty call, each call timed by itself, the collector off.
+
+import gc
+import micropython
+import sys
+import time
+from array import array
+
+_laps = array("i", [0] * 60)
+_empty_us = 0.0
+
+
+class Nothing:
+    def update(self, _):
+        pass
+
+
+def imported(name, load):
+    gc.collect()
+    used = gc.mem_alloc()
+    start = time.ticks_us()
+    value = load()
+    spent = time.ticks_diff(time.ticks_us(), start)
+    gc.collect()
+    print("module", name, spent, gc.mem_alloc() - used)
+    return value
+
+
+def laps(call, argument, before, n):
+    """Time n calls of call(argument), after before() each; mean heap bytes of one."""
+    used = gc.mem_alloc()
+    for i in range(n):
+        before()
+        start = time.ticks_us()
+        call(argument)
+        _laps[i] = time.ticks_diff(time.ticks_us(), start)
+    return (gc.mem_alloc() - used) / n
+
+
+def locked(call, argument, before):
+    """Whether five calls do without the heap."""
+    micropython.heap_lock()
+    try:
+        for _ in range(5):
+            before()
+            call(argument)
+        return 1
+    except MemoryError:
+        return 0
+    finally:
+        micropython.heap_unlock()
+
+
+def row(name, call, argument=None, before=gc.isenabled, n=60):
+    gc.collect()
+    gc.disable()
+    size = laps(call, argument, before, n)
+    gc.enable()
+    gc.collect()
+    spent = _laps[:n]
+    mean = sum(spent) / n - _empty_us
+    print("row", name, mean, max(spent) - _empty_us, size, locked(call, argument, before))
+
+
+def settle_bus():
+    time.sleep_us(700)
+
+
+def one_step(imu, filt):
+    angles = filt.angles_mdeg
+
+    def step(_):
+        imu.read()
+        filt.update(imu.counts)
+        angles[0]
+        angles[1]
+
+    return step
+
+
+def one_split(imu, filt):
+    angles = filt.angles_mdeg
+
+    def step(_):
+        if not imu.collect():
+            raise OSError("the burst has not arrived")
+        imu.start()
+        filt.update(imu.counts)
+        angles[0]
+        angles[1]
+
+    return step
+
+
+def load_driver():
+    from mpu6050 import MPU6050
+
+    return MPU6050
+
+
+def load_fixed_kalman():
+    from attitude.fixed import KalmanTilt2
+
+    return KalmanTilt2
+
+
+def load_fixed_attitude():
+    from attitude.fixed import Attitude
+
+    return Attitude
+
+
+def load_float_kalman():
+    from attitude import KalmanTilt
+
+    return KalmanTilt
+
+
+def load_float_attitude():
+    from attitude import Attitude
+
+    return Attitude
+
+
+class Skewed:
+    """A calibration that uses all it can: biases, scale and cross-axis, mounted at an angle."""
+
+    gyro_bias_dps = (1.5, -2.5, 0.7)
+    accel_bias_g = (0.03, -0.02, 0.05)
+    gyro_matrix = (0.98, 0.1, 0.02, -0.1, 1.01, 0.03, 0.01, -0.02, 0.99)
+    accel_matrix = (0.99, 0.1, 0.01, -0.1, 1.02, 0.02, 0.01, -0.02, 0.98)
+
+
+def main():
+    global _empty_us
+    import machine
+    from firmware import board
+
+    print("board", sys.implementation._machine.replace(" ", "_"), machine.freq() // 1000000)
+    driver = imported("mpu6050", load_driver)
+    kalman2 = imported("attitude.fixed.KalmanTilt2", load_fixed_kalman)
+    attitude = imported("attitude.fixed.Attitude", load_fixed_attitude)
+    kalman = imported("attitude.KalmanTilt", load_float_kalman)
+    float_attitude = imported("attitude.Attitude", load_float_attitude)
+
+    gc.collect()
+    gc.disable()
+    laps(Nothing().update, None, gc.isenabled, len(_laps))
+    gc.enable()
+    _empty_us = sum(_laps) / len(_laps)
+    print("empty", _empty_us)
+
+    imu = driver(board.find().i2c())
+    row("bus.read14", lambda _: imu.read())
+    kalman2 = kalman2()
+    kalman2.calibrate(Skewed)
+    attitude = attitude()
+    attitude.calibrate(Skewed)
+    counts = array("h", (-300, 210, 4090, -3000, 250, -130, 75))
+    for _ in range(720):  # past the start, where each block levels: 2.8 s at 250 Hz
+        attitude.update(counts)
+    row("fixed.kalman2.update", kalman2.update, counts)
+    row("fixed.attitude.update", attitude.update, counts)
+    kalman = kalman()
+    row("float.kalman.update", lambda _: kalman.update(4.2, 3.5, 0.004))
+    float_attitude = float_attitude(250)
+    sample = (3.5, -2.0, 1.0, -0.1, 0.05, 1.0, 0.004)
+    row("float.attitude.update", lambda _: float_attitude.update(*sample), n=10)
+    row("step.kalman2", one_step(imu, kalman2))
+    row("step.attitude", one_step(imu, attitude))
+    imu.start()
+    settle_bus()
+    row("split.kalman2", one_split(imu, kalman2), None, settle_bus)
+    row("split.attitude", one_split(imu, attitude), None, settle_bus)
+
+
+main()
