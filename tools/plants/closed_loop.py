@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: MIT
+"""A plant, the virtual sensor on it, and the board's own program that steers it, in virtual time."""
+
+import importlib
+import tempfile
+
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
+from tools.virtual.port import Port
+
+
+def run(name, make_plant, seconds, platform="rp2", drive=None, **chip):
+    """firmware.apps.NAME in closed loop for `seconds`; returns (plant, app, stats).
+
+    make_plant(port, output pins) -> the plant. `drive(app, t_s)` is called every 10 ms, as the
+    pilot. chip: imperfections of the sensor, as for MPU6050Chip.
+    """
+    device = MPU6050Chip(**chip)
+    with tempfile.TemporaryDirectory() as root, Port(
+        platform, {0: Bus(device, log_length=1)}, root=root
+    ) as port:
+        from firmware.board import find
+
+        plant = make_plant(port, find().outputs)
+        device.set_motion(plant)
+        app = importlib.import_module(f"firmware.apps.{name}").start()
+        began = port.now_ns
+        while port.now_ns - began < seconds * 1e9:
+            port.run_ms(10)
+            if drive is not None:
+                drive(app, port.now_ns / 1e9)
+        stats = app.stats()
+        app.stop()
+        if app.outputs.error:
+            raise app.outputs.error
+        return plant, app, stats
