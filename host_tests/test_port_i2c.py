@@ -217,8 +217,9 @@ def test_an_interrupt_in_the_middle_of_a_transfer_is_caught():
         import machine
 
         i2c = machine.I2C(0, freq=100_000)
-        machine.Timer(period=1, hard=True, callback=lambda t: soft.readfrom(ADDRESS, 1))
+        timer = machine.Timer(period=1, hard=True, callback=lambda t: soft.readfrom(ADDRESS, 1))
         soft = machine.SoftI2C(scl=machine.Pin(5), sda=machine.Pin(4))
         i2c = machine.I2C(0, freq=100_000)
         i2c.readfrom_mem(ADDRESS, 0, 14)
+        timer.deinit()
     assert [type(error) for error in port.errors] == [BusInUse]

@@ -81,7 +81,7 @@ def test_a_late_callback_does_not_move_the_next_expiry():
             if len(starts) == 2:
                 time.sleep_ms(5)
 
-        machine.Timer(period=4, callback=tick)
+        _timer = machine.Timer(period=4, callback=tick)
         port.run_ms(21)
     assert starts == [4_000_000, 8_000_000, 13_000_000, 16_000_000, 20_000_000]
 
@@ -91,9 +91,9 @@ def test_period_is_whole_milliseconds_and_freq_any_number():
         import machine
 
         with pytest.raises(TypeError):
-            machine.Timer(period=2.5, callback=print)
+            timer = machine.Timer(period=2.5, callback=print)
         count = []
-        machine.Timer(freq=286.3, callback=count.append)
+        _timer = machine.Timer(freq=286.3, callback=count.append)
         port.run_ms(1000)
         assert len(count) == 286
         assert repr(count[0]) == "Timer(mode=PERIODIC, tick_hz=1000000, period=3492)"
@@ -105,7 +105,7 @@ def test_the_queue_holds_eight_and_soft_timers_drop_silently():
         import micropython
 
         ran = []
-        machine.Timer(period=1, callback=lambda timer: ran.append(port.now_ns))
+        _timer = machine.Timer(period=1, callback=lambda timer: ran.append(port.now_ns))
         port.clock.hold(20_000_000)  # one C function of 20 ms: 20 ticks, 8 places
         assert ran == []
         assert port.dropped == 12
@@ -162,7 +162,7 @@ def test_hard_timer_runs_at_once_and_an_exception_ends_it(capsys):
             if len(seen) == 3:
                 raise ValueError("hard trouble")
 
-        machine.Timer(period=1, hard=True, callback=tick)
+        _timer = machine.Timer(period=1, hard=True, callback=tick)
         port.clock.hold(10_000_000)
     assert seen == [1_000_000, 2_000_000, 3_000_000]
     assert "Uncaught exception in IRQ callback handler" in capsys.readouterr().err
@@ -173,7 +173,7 @@ def test_hard_and_ids_per_port_and_version():
         import machine
 
         with pytest.raises(TypeError, match="extra keyword"):
-            machine.Timer(period=1, hard=True)
+            _timer = machine.Timer(period=1, hard=True)
         with pytest.raises(ValueError, match="Timer doesn't exist"):
             machine.Timer(0)
         assert machine.Timer() is not machine.Timer()
@@ -206,12 +206,34 @@ def test_one_shot_deinit_and_init_again():
         assert len(count) == 3
 
 
+def test_a_timer_that_is_not_kept_ends_on_rp2():
+    """Its finaliser stops it; the ESP32 port keeps its timers itself."""
+    for platform, ident, runs in (("rp2", -1, 0), ("esp32", 0, 5)):
+        with Port(platform) as port:
+            import machine
+
+            count = []
+            machine.Timer(ident, period=1, callback=count.append)
+            port.run_ms(5)
+            assert len(count) == runs
+
+
+def test_a_timer_without_callback_is_an_error_each_time():
+    with Port("rp2") as port:
+        import machine
+
+        timer = machine.Timer(period=1)
+        port.run_ms(3)
+        timer.deinit()
+    assert [type(error) for error in port.errors] == [TypeError] * 3
+
+
 def test_irqs_off_hold_everything_back():
     with Port("rp2") as port:
         import machine
 
         count = []
-        machine.Timer(period=1, callback=count.append)
+        _timer = machine.Timer(period=1, callback=count.append)
         state = machine.disable_irq()
         port.run_ms(3)
         assert count == []

@@ -3,6 +3,8 @@
 ones.
 """
 
+import weakref
+
 ONE_SHOT, PERIODIC = 0, 1
 
 
@@ -35,6 +37,9 @@ class Timer:
         self._mode, self._callback, self._hard = mode, callback, hard
         self._arm(self._port.clock.now_ns + self._delta_ns)
 
+    def _action(self):
+        return self._expire
+
     def deinit(self):
         """Stop; what is in the queue already still runs, as on the board."""
         if self._event is not None:
@@ -43,7 +48,7 @@ class Timer:
 
     def _arm(self, t_ns):
         self._due_ns = t_ns
-        self._event = self._port.clock.at(t_ns, self._expire)
+        self._event = self._port.clock.at(t_ns, self._action())
 
     def _expire(self):
         self.ticks += 1
@@ -51,25 +56,34 @@ class Timer:
             self._arm(self._due_ns + self._delta_ns)
         else:
             self._event = None
-        if self._callback is None:
-            return
-        if not self._hard:
+        if not self._hard:  # also without a callback, which then is a TypeError each time
             self._port.clock.scheduler.offer(self._callback, self)
         elif not self._port.call_hard(self._callback, self):
             self.deinit()
 
 
 class Rp2Timer(Timer):
-    """Id -1 only, microseconds; `hard=` since 1.26."""
+    """Id -1 only, microseconds; `hard=` since 1.26.
+
+    A timer that the program does not keep ends when it is collected, here at once.
+    """
 
     _units_per_s = 1_000_000
 
     def __init__(self, id=-1, **settings):
+        self._event = None
         if id != -1:
             raise ValueError("Timer doesn't exist")
         self._setup()
         if settings:
             self.init(**settings)
+
+    def _action(self):
+        method = weakref.WeakMethod(self._expire)
+        return lambda: method()()
+
+    def __del__(self):
+        self.deinit()
 
     def _hard_option(self, options):
         return bool(options.pop("hard", False)) if self._port.version >= (1, 26) else False

@@ -20,6 +20,7 @@ from .viper_values import LIMITS, ViperTypeError
 
 _FORMATS = {"ptr": "B", "ptr8": "B", "ptr16": "H", "ptr32": "i"}
 _files = {}
+_codes = {}  # (file, line) -> (definition, code): every Port imports the board's code afresh
 # callables (address, pointer kind) -> object with [index], or None; a Port adds its peripherals
 address_space = []
 
@@ -150,8 +151,12 @@ def viper(function):
     if definition is None:
         raise ViperTypeError("no source for %s in %s" % (function.__qualname__, filename))
     free = function.__code__.co_freevars
-    translator = Function(definition, constants, function.__qualname__)
-    code = _code_of(translator.translate(), filename, [*_HELPERS, *free])
+    place = (filename, function.__code__.co_firstlineno)
+    known, code = _codes.get(place, (None, None))
+    if known is not definition:
+        translator = Function(definition, constants, function.__qualname__)
+        code = _code_of(translator.translate(), filename, [*_HELPERS, *free])
+        _codes[place] = (definition, code)
     cells = dict(zip(free, function.__closure__ or ()))
     cells.update({n: types.CellType(helper) for n, helper in _HELPERS.items()})
     closure = tuple(cells[n] for n in code.co_freevars)

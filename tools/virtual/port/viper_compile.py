@@ -45,7 +45,7 @@ class Function(Stores):
             before = dict(self.ranges)
             body = self.one_pass()
             if before == self.ranges:
-                return body
+                return ast.fix_missing_locations(body)
         raise AssertionError("intervals do not settle")
 
     def check_form(self):
@@ -69,7 +69,7 @@ class Function(Stores):
         body.append(ast.Return(ast.Constant(self.default_return())))
         plain = ast.arguments([], [ast.arg(a.arg) for a in arguments], None, [], [], None, [])
         function = ast.FunctionDef(self.definition.name, plain, body, [])
-        return ast.fix_missing_locations(ast.copy_location(function, self.definition))
+        return ast.copy_location(function, self.definition)
 
     def find_locals(self):
         stored = {argument.arg for argument in self.definition.args.args}
