@@ -91,7 +91,7 @@ def test_period_is_whole_milliseconds_and_freq_any_number():
         import machine
 
         with pytest.raises(TypeError):
-            timer = machine.Timer(period=2.5, callback=print)
+            machine.Timer(period=2.5, callback=print)
         count = []
         _timer = machine.Timer(freq=286.3, callback=count.append)
         port.run_ms(1000)
