@@ -9,6 +9,7 @@ _HOME = {
     "VelocityPID": "pid",
     "Servo": "servo",
     "Escs": "esc",
+    "HBridge": "hbridge",
     "QuadX": "mixer",
 }
 

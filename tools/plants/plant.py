@@ -5,36 +5,39 @@ import numpy as np
 
 
 class Pulses:
-    """The pulse length (us) that a PWM output of the Port carries at an instant.
+    """What a PWM output of the Port carries at an instant; calls come in order of time.
 
-    The output latches a new length at the start of its next period, as the timers of the boards
+    The output takes a new length at the start of its next period, as the timers of the boards
     do; before the first it is 0 (no pulse).
     """
 
     def __init__(self, port, pin):
         self._port = port
         self._pin = pin
-        self._history = None
-        self._place = 0
-        self._value = 0.0
+        self._duty = 0.0
+        self._hz = 50
         self._frame = -1
 
-    def us(self, t_s):
-        """Length at time t_s; calls come in order of time."""
+    def duty(self, t_s):
+        """Share of the period that is high at t_s, 0 to 1."""
         pwm = self._port.pin(self._pin).pwm
         if pwm is None or not pwm.history:
             return 0.0
         history = pwm.history
-        hz = history[-1][1] or 50
-        frame = int(t_s * hz)
+        self._hz = history[-1][1] or 50
+        frame = int(t_s * self._hz)
         if frame != self._frame:
             self._frame = frame
-            t_ns = frame / hz * 1e9
-            for entry in reversed(history):
-                if entry[0] <= t_ns:
-                    self._value = entry[2] / 65535 / hz * 1e6
+            t_ns = frame / self._hz * 1e9
+            for at_ns, _, duty_u16 in reversed(history):
+                if at_ns <= t_ns:
+                    self._duty = duty_u16 / 65535
                     break
-        return self._value
+        return self._duty
+
+    def us(self, t_s):
+        """Length of the pulse at t_s, microseconds."""
+        return self.duty(t_s) / self._hz * 1e6
 
 
 class Plant:

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""A self-balancing robot: an inverted pendulum on two wheels with real gear motors.
+
+x: place of the axle (m, forward), p: lean (rad, forward positive = pitch), T: torque of both motors.
+
+    (M + m) x'' + m l cos(p) p'' - m l sin(p) p'^2 = T / r
+    m l cos(p) x'' + (I + m l^2) p'' - m g l sin(p) = -T + push
+    T = 2 (Ts u - Ts / w0 (x'/r - p')) less dry friction,   u: voltage applied / supply, -1..1
+
+M: wheels with their inertia, m: body. Body 1.1 kg with its centre 8 cm above the axle (battery on
+top), wheels of 80 mm and 30 g, motors of the 37 mm class with 30:1 gears at 12 V: stall torque
+1.4 N m, no-load 330 turns a minute, dry friction 0.03 N m each. Equations: R. Findeisen's and many
+others' two-wheeled pendulum, from Lagrange; checked by energy in the tests.
+The sensor sits on the body `height_m` above the axle and feels what accelerates it there.
+"""
+
+import math
+
+from tools.plants.plant import Plant, Pulses
+from tools.virtual import quaternions as quat
+
+_G = 9.80665
+_DEG = math.pi / 180
+
+
+class Robot:
+    """State and equations: x, v, p, q (lean rate, rad/s)."""
+
+    BODY_KG = 1.1
+    LENGTH_M = 0.08
+    INERTIA = 0.006  # of the body about its own centre, kg m^2
+    WHEEL_M = 0.04
+    WHEELS_KG = 2 * (0.03 + 0.5 * 0.03)  # solid discs: their inertia counts as half their mass
+    STALL_NM = 1.4
+    NO_LOAD = 330 * 2 * math.pi / 60
+    DRY_NM = 0.03
+
+    def __init__(self, lean_deg=0.0):
+        self.x = self.v = self.q = 0.0
+        self.p = lean_deg * _DEG
+        self.x_acc = self.p_acc = 0.0
+
+    def torque(self, drive):
+        """Both motors at -1..1 of the supply, N m."""
+        slip = self.v / self.WHEEL_M - self.q
+        torque = 2 * self.STALL_NM * (drive - slip / self.NO_LOAD)
+        dry = 2 * self.DRY_NM
+        if abs(slip) > 0.05:
+            return torque - math.copysign(dry, slip)
+        return torque - math.copysign(min(dry, abs(torque)), torque)
+
+    def accelerations(self, torque, push_nm):
+        """(x'', p'') from the two equations."""
+        m, length = self.BODY_KG, self.LENGTH_M
+        c, s = math.cos(self.p), math.sin(self.p)
+        a11, a12 = self.WHEELS_KG + m, m * length * c
+        a22 = self.INERTIA + m * length * length
+        b1 = torque / self.WHEEL_M + m * length * s * self.q * self.q
+        b2 = -torque + push_nm + m * _G * length * s
+        det = a11 * a22 - a12 * a12
+        return (b1 * a22 - a12 * b2) / det, (a11 * b2 - a12 * b1) / det
+
+    def step(self, drive, push_nm, dt_s):
+        """Symplectic Euler, as short as the plant's step."""
+        self.x_acc, self.p_acc = self.accelerations(self.torque(drive), push_nm)
+        self.v += self.x_acc * dt_s
+        self.q += self.p_acc * dt_s
+        self.x += self.v * dt_s
+        self.p += self.q * dt_s
+
+
+class Balance(Plant):
+    """The robot on four PWM pins (left forward, left back, right forward, right back).
+
+    It is held upright until hold_s; push: (time s, torque N m, length s) from outside.
+    """
+
+    columns = ("x_m", "speed_m_s", "lean_deg", "drive")
+
+    def __init__(self, port, pins, hold_s=1.8, push=(8.0, 2.1, 0.06), height_m=0.05):
+        super().__init__()
+        self.robot = Robot()
+        self._pulses = [Pulses(port, pin) for pin in pins]
+        self._hold = hold_s
+        self._push = push
+        self._height = height_m
+
+    @property
+    def fallen(self):
+        """Leaning by more than 45 degrees."""
+        return abs(self.robot.p) > 45 * _DEG
+
+    def _step(self, t_s, dt_s):
+        robot = self.robot
+        left, left_back, right, right_back = (p.duty(t_s) for p in self._pulses)
+        drive = (left - left_back + right - right_back) / 2
+        at, torque, length = self._push
+        if t_s < self._hold:
+            drive = 0.0
+        elif self.fallen:
+            robot.v = robot.q = robot.x_acc = robot.p_acc = 0.0
+        else:
+            robot.step(drive, torque if at <= t_s < at + length else 0.0, dt_s)
+        self._feel()
+        return robot.x, robot.v, robot.p / _DEG, drive
+
+    def _feel(self):
+        robot, h = self.robot, self._height
+        c, s = math.cos(robot.p), math.sin(robot.p)
+        forward = robot.x_acc + h * (c * robot.p_acc - s * robot.q**2)
+        up = -h * (s * robot.p_acc + c * robot.q**2) + _G
+        self.sample = ((c * forward - s * up) / _G, 0.0, (s * forward + c * up) / _G,
+                       0.0, robot.q / _DEG, 0.0)  # fmt: skip
+        self.quaternion = quat.from_euler(0.0, robot.p / _DEG)
