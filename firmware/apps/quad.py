@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""The attitude loop of a quadcopter at 1 kHz, in integers, without allocating a byte.
+
+    sensor -> attitude ---angles---> angle loops --rates--> rate loops --torques--> mixer -> ESCs
+                  |                  (P, 3 axes)            (PID, 3 axes)             ^
+                  +---rates (gyro)------------------------------^          throttle --+
+
+The pilot's side sets the four commands and must repeat them: after link_ms without, or when the
+estimate is lost, the motors stop. arm() refuses unless throttle is zero and the frame level.
+
+    from firmware.apps import quad
+    app = quad.start()                     # ESCs on the board's four outputs, control.mixer's order
+    app.quad.command(0); app.quad.arm(app)
+    app.quad.command(550, roll_mdeg=5000)
+"""
+
+import time
+from array import array
+
+from control import Escs
+from control.fixed import Cascade, QuadX
+from machine import PWM, Pin
+from micropython import const
+
+from firmware.app import App
+
+# Roll, pitch, yaw: deg/s per degree; permille of motor speed per deg/s, per degree, per deg/s^2.
+# For the frame in tools/plants/quad.py; larger frames want more.
+ANGLE_GAINS = (5.0, 5.0, 3.0)
+RATE_GAINS = ((0.7, 1.0, 0.012), (0.7, 1.0, 0.012), (3.0, 1.5, 0.0))
+_TORQUE_MAX = const(350)  # permille
+_LINK_MS = const(500)
+_CRASHED_MDEG = const(80000)  # no return from here: stop what still turns
+
+
+class Quad:
+    """The controller as an output of the app."""
+
+    def __init__(self, escs, rate_hz, gyro_lsb_per_dps=65.5):
+        self.escs = escs
+        self.cascade = Cascade(ANGLE_GAINS, RATE_GAINS, _TORQUE_MAX, rate_hz, gyro_lsb_per_dps)
+        self.mixer = QuadX()
+        self.target = array("i", [0, 0, 0])
+        self.angles = array("i", [0, 0, 0])
+        self.throttle = 0
+        self.link_lost = 0  # times the motors stopped because nobody commanded
+        self._link = 0
+        self._link_max = rate_hz * _LINK_MS // 1000
+
+    def command(self, throttle, roll_mdeg=0, pitch_mdeg=0, yaw_mdeg=None):
+        """The pilot's wish: throttle in permille, angles in millidegrees; yaw None keeps it."""
+        self.target[0] = roll_mdeg
+        self.target[1] = pitch_mdeg
+        if yaw_mdeg is not None:
+            self.target[2] = yaw_mdeg
+        self.throttle = throttle
+        self._link = 0
+
+    def arm(self, app):
+        """Let the motors turn. ValueError says why not."""
+        tilt = app.filter
+        self.escs.arm(self.throttle, max(abs(tilt.roll_mdeg), abs(tilt.pitch_mdeg)))
+        self.cascade.reset()
+        self.target[2] = tilt.yaw_mdeg
+        self._link = 0
+
+    def update(self, app):
+        """After each step of the loop."""
+        tilt, angles, escs = app.filter, self.angles, self.escs
+        angles[0] = roll = tilt.roll_mdeg
+        angles[1] = tilt.pitch_mdeg
+        angles[2] = tilt.yaw_mdeg
+        self.cascade.update(self.target, angles, app.imu.counts)
+        escs.write(self.mixer.update(self.throttle, self.cascade.out))
+        if not escs.armed:
+            return
+        self._link += 1
+        if self._link > self._link_max:
+            self.link_lost += 1
+            escs.safe()
+        elif roll > _CRASHED_MDEG or roll < -_CRASHED_MDEG:
+            escs.safe()
+
+    def safe(self):
+        """The estimate is lost: motors off, disarmed."""
+        self.escs.safe()
+
+
+def start(app=None):
+    """Set up and run, disarmed; returns the app, whose `.quad` is the controller."""
+    app = app or App()
+    app.set("rate_hz", 1000)
+    app.set("dlpf_hz", 94)
+    escs = Escs([PWM(Pin(pin)) for pin in app.board.outputs])
+    app.quad = Quad(escs, app.config.rate_hz)
+    app.outputs.add(app.quad.update, app.quad.safe)
+    app.start()
+    return app
