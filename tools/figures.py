@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Puts measured figures into the README: nobody types them.
+
+`python -m tools.figures DIR` takes the results that the other commands wrote into DIR (bench.json,
+accuracy.json, faults.json, results.json; those that are there) and rewrites the tables between
+the README's `<!-- NAME -->` and `<!-- end NAME -->`. `make figures` measures and does this.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+README = Path(__file__).resolve().parent.parent / "README.md"
+RATES_HZ = (250, 500, 1000)
+
+
+def table(head, rows):
+    """A Markdown table, numbers to the right."""
+    lines = ["| " + " | ".join(head) + " |", "|---" + "|---:" * (len(head) - 1) + "|"]
+    lines += ["| " + " | ".join(map(str, row)) + " |" for row in rows]
+    return "\n".join(lines)
+
+
+def bench(result):
+    """Time and heap of each stage, and the share of the period that a step takes."""
+    rows = []
+    for row in result["rows"]:
+        is_step = row["name"].startswith(("step.", "split."))
+        shares = [f"{row['us'] * hz / 1e4:.0f} %" if is_step else "" for hz in RATES_HZ]
+        rows.append([f"`{row['name']}`", f"{row['us']:.0f}", row["bytes"], *shares])
+    head = ["stage", "us", "heap bytes", *(f"of {hz} Hz" for hz in RATES_HZ)]
+    return f"{result['board']}, {result['mhz']} MHz:\n\n" + table(head, rows)
+
+
+def accuracy(result):
+    """Tilt error of each filter, mean and worst recording."""
+    filters = sorted(result["filters"].items(), key=lambda item: item[1]["mean_deg"])
+    rows = [
+        (f"`{name}`", f"{f['mean_deg']:.2f}", f"{max(f['trials'].values()):.2f}")
+        for name, f in filters
+    ]
+    count = len(filters[0][1]["trials"])
+    return f"{count} recordings:\n\n" + table(["filter", "mean, deg", "worst, deg"], rows)
+
+
+def faults(result):
+    """Each fault kind: runs, detected, recovered, the slowest recovery, the largest error."""
+    rows = [
+        (name, k["runs"], k["detected"], k["recovered"], f"{k['max_recovery_s'] * 1000:.0f}",
+         f"{k['max_error_deg']:.2f}")
+        for name, k in result["kinds"].items()
+    ]  # fmt: skip
+    head = ["fault", "runs", "detected", "recovered", "slowest, ms", "largest error, deg"]
+    return table(head, rows) + f"\n\nUncaught exceptions: {result['uncaught']}."
+
+
+def results(result):
+    """The four papers' systems in three lines."""
+    rows = [
+        (name, f"{r['overshoot_pct']:.1f}", f"{r['rise_s']:.3f}", f"{r['smoothness_deg']:.3f}")
+        for name, r in result["table1"].items()
+    ]
+    step = table(["20 degree step", "overshoot, %", "rise, s", "smoothness, deg"], rows)
+    platform, quad = result["platform"], result["quad"]
+    return step + (
+        f"\n\nPlatform: {platform['rms_deg']:.2f} deg RMS, peak {platform['peak_deg']:.2f} deg. "
+        f"Balancing robot: stood {result['balance']['stood_s']:.0f} s. "
+        f"Quadcopter step: {quad['step_us']:.0f} us, {quad['bytes']} bytes."
+    )
+
+
+SECTIONS = {"bench": bench, "accuracy": accuracy, "faults": faults, "results": results}
+
+
+def put(text, name, body):
+    """The text with the section's body replaced. ValueError when the marks are missing."""
+    begin, end = f"<!-- {name} -->\n", f"\n<!-- end {name} -->"
+    if begin not in text or end not in text:
+        raise ValueError(f"README has no section {name}")
+    before, rest = text.split(begin, 1)
+    return before + begin + body + end + rest.split(end, 1)[1]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("results", type=Path, help="folder with the commands' --json files")
+    folder = parser.parse_args().results
+    text = README.read_text()
+    found = [name for name in SECTIONS if (folder / f"{name}.json").exists()]
+    for name in found:
+        body = SECTIONS[name](json.loads((folder / f"{name}.json").read_text()))
+        text = put(text, name, body)
+    README.write_text(text)
+    print(f"{README}: {', '.join(found) or 'nothing'} from {folder}")
+
+
+if __name__ == "__main__":
+    main()
