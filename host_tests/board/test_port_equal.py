@@ -8,6 +8,7 @@ import pytest
 
 from host_tests.port_rig import Ram
 from tools.virtual.bus import Bus
+from tools.virtual.faults import make
 from tools.virtual.pico import VirtualPico
 from tools.virtual.port import Port
 
@@ -18,7 +19,8 @@ def attempt(name, call, *arguments):
         result = call(*arguments)
         print(name, result)
     except Exception as error:
-        print(name, type(error).__name__, error.args[0])
+        kind = "OSError" if isinstance(error, OSError) else type(error).__name__
+        print(name, kind, error.args[0])
 i2c = machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(5), freq=400_000)
 """
 
@@ -141,3 +143,66 @@ def test_same_output(bench, name, tmp_path):
     device = Ram()
     printed = board.exec(SCRIPTS[name], timeout_s=20).replace("\r\n", "\n")
     assert printed == _on_host(SCRIPTS[name], device, Bus(device), tmp_path)
+
+
+_TROUBLE = """
+def free():
+    scl = machine.Pin(5, machine.Pin.OPEN_DRAIN, value=1)
+    sda = machine.Pin(4, machine.Pin.OPEN_DRAIN, value=1)
+    clocks = 0
+    while not sda.value() and clocks < 20:
+        scl.value(0)
+        scl.value(1)
+        clocks += 1
+    sda.value(0)
+    sda.value(1)
+    return clocks
+"""
+TROUBLES = {
+    "data_nack": (
+        None,
+        """
+attempt("short", i2c.writeto, 0x68, b"\\x01\\x02\\x03\\x04")
+""",
+    ),
+    "held": (
+        ("sda_held", {"clocks": 9}),
+        """
+attempt("held", i2c.readfrom, 0x68, 1)
+attempt("clocks", free)
+i2c = machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(5), freq=400_000)
+attempt("free", i2c.readfrom_mem, 0x68, 0x75, 1)
+""",
+    ),
+    "held_scan": (("sda_held", {"clocks": 20}), "print(i2c.scan())"),
+    "arbitration": (
+        ("arbitration", {}),
+        """
+attempt("lost", i2c.readfrom, 0x68, 1)
+attempt("lost", i2c.writeto, 0x68, b"\\x01")
+""",
+    ),
+    "stretched": (
+        ("timeout", {}),
+        """
+attempt("stretched", i2c.readfrom_mem, 0x68, 0x75, 1)
+attempt("stretched", i2c.writeto, 0x68, b"")
+""",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TROUBLES)
+def test_same_output_in_trouble(bench, name, tmp_path):
+    board, device, bus = bench
+    fault, script = TROUBLES[name]
+    script = _TROUBLE + script
+    host_device = Ram()
+    host_bus = Bus(host_device)
+    for some_bus, some_device in ((bus, device), (host_bus, host_device)):
+        some_bus.faults[:] = [make(fault[0], **fault[1])] if fault else []
+        some_device.refuse_at = 2 if name == "data_nack" else None
+    printed = board.exec(script, timeout_s=20).replace("\r\n", "\n")
+    bus.faults.clear()
+    device.refuse_at = None
+    assert printed == _on_host(script, host_device, host_bus, tmp_path)
