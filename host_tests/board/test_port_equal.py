@@ -21,7 +21,7 @@ def attempt(name, call, *arguments):
     except Exception as error:
         kind = "OSError" if isinstance(error, OSError) else type(error).__name__
         print(name, kind, error.args[0])
-i2c = machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(5), freq=400_000)
+i2c = machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(5), freq=400_000, timeout=5_000)
 """
 
 SCRIPTS = {
@@ -78,7 +78,7 @@ soft.start()
 attempt("soft acks", soft.write, b"\\xd0\\x22\\x09")
 soft.stop()
 attempt("soft missing", soft.writeto, 0x69, b"\\x00")
-i2c = machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(5), freq=400_000)
+i2c = machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(5), freq=400_000, timeout=5_000)
 attempt("hard again", i2c.readfrom_mem, 0x68, 0x22, 1)
 """,
     "schedule": """
@@ -170,7 +170,7 @@ attempt("short", i2c.writeto, 0x68, b"\\x01\\x02\\x03\\x04")
         """
 attempt("held", i2c.readfrom, 0x68, 1)
 attempt("clocks", free)
-i2c = machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(5), freq=400_000)
+i2c = machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(5), freq=400_000, timeout=5_000)
 attempt("free", i2c.readfrom_mem, 0x68, 0x75, 1)
 """,
     ),
