@@ -14,16 +14,16 @@ the same frame with second order and learns the bias with a Kalman filter; this 
 
 from math import cos, degrees, radians, sin, sqrt
 
+from .bias_view import BiasView
 from .gyro_bias import GyroBias
-from .quaternion import Orientation, levelling, product, rotate, rotate_back, unit
+from .level_loop import LevelLoop
+from .quaternion import Orientation, levelling, product, rotate, rotate_back, unit, without_yaw
 
-_LEAK = 2.0  # makes it the Butterworth polynomial s^3 + 2 s^2 + 2 s + 1
 _BLOCK_S, _SPEED_S, _LOST_S = 0.02, 3.0, 2.0  # of the slow part
 _MIN_G = 0.5  # less is free fall or no sensor: it has no direction
 _STOP = 0.9995  # of full scale: saturated
 _MAX_STEP = 0.25  # gain times dt beyond which the loop would not be stable
-_STATE = ("_q", "_gyro", "_accel", "_vx", "_vy", "_px", "_py", "_gain", "_speed", "_age_s",
-          "_n", "_block_s", "_up", "_up_s")
+_STATE = ("_q", "_gyro", "_accel", "_gain", "_speed", "_age_s", "_n", "_block_s", "_up", "_up_s")
 
 
 class Attitude(Orientation):
@@ -33,7 +33,6 @@ class Attitude(Orientation):
     tau_s           time constant of the accelerometer's correction, and length of the start
     fast_dps        sum of the three axes' |rate| that halves it: a gyro errs by parts of its rate
     rest_tau_s      time constant while resting
-    bias_tau_s      time constant of the gyro bias learned in motion
     lag_s           age of a sample when it is read: the angles are for now, not for then. 4.8 ms
                     is the MPU6050's gyro delay at dlpf_hz=44 (PS-MPU-6000A, table of DLPF_CFG)
     gyro_range_dps, accel_range_g   where the sensor saturates
@@ -41,32 +40,33 @@ class Attitude(Orientation):
     """
 
     def __init__(self, rate_hz=250.0, tau_s=1.8, fast_dps=1500.0, rest_tau_s=0.5,
-                 bias_tau_s=60.0, lag_s=0.0048, gyro_range_dps=2000, accel_range_g=16, **rest):
-        if min(rate_hz, tau_s, fast_dps, rest_tau_s, bias_tau_s) <= 0:
+                 lag_s=0.0048, gyro_range_dps=2000, accel_range_g=16, **bias):
+        if min(rate_hz, tau_s, fast_dps, rest_tau_s) <= 0:
             raise ValueError("rate_hz, fast_dps and the time constants must be positive")
         # settings
         self.rate_hz = rate_hz
         self.tau_s = tau_s
         self.fast_dps = fast_dps
         self.rest_tau_s = rest_tau_s
-        self.bias_tau_s = bias_tau_s
         self.lag_s = lag_s
         # coefficients
         self._block_n = max(1, int(rate_hz * _BLOCK_S + 0.5))
         self._gyro_stop_dps = gyro_range_dps * _STOP
         self._accel_stop_g = accel_range_g * _STOP
         # state
-        self._bias = GyroBias(**rest)
+        self._bias = GyroBias(**bias)
+        self._loop = LevelLoop()
+        self._view = BiasView()
         self.reset()
 
     def reset(self):
         """Forget everything; the next sample starts anew with yaw 0."""
         self._bias.reset()
+        self._loop.clear()
+        self._view.clear()
         self._q = (1.0, 0.0, 0.0, 0.0)  # sensor to earth
         self._gyro = None  # the last sample, deg/s
         self._accel = (0.0, 0.0, 0.0)  # and g
-        # velocity and position that should not be there, scaled to g by powers of the gain
-        self._vx = self._vy = self._px = self._py = 0.0
         self._gain = 0.0  # rad/s
         self._speed = 0.0  # sum of |rate|, deg/s, over some seconds
         self._age_s = 0.0
@@ -116,18 +116,16 @@ class Attitude(Orientation):
 
     def _correct(self, ax, ay, az, dt_s):
         """Turn the attitude so that the level acceleration integrates to no position."""
+        loop = self._loop
         k = min(self._gain * dt_s, _MAX_STEP)
         stop = self._accel_stop_g
         if abs(ax) >= stop or abs(ay) >= stop or abs(az) >= stop:
-            ex = ey = self._vx = self._vy = 0.0
+            loop.forget_velocity()
+            ex = ey = 0.0
         else:
             ex, ey, _ = rotate(self._q, ax, ay, az)
-        self._vx += k * (ex - _LEAK * self._px)
-        self._vy += k * (ey - _LEAK * self._py)
-        self._px += k * (self._vx - _LEAK * self._px)
-        self._py += k * (self._vy - _LEAK * self._py)
-        turn = (1.0, 0.5 * k * self._py, -0.5 * k * self._px, 0.0)
-        self._q = unit(product(turn, self._q))
+        loop.update(k, ex, ey)
+        self._q = unit(product((1.0, 0.5 * k * loop.py, -0.5 * k * loop.px, 0.0), self._q))
 
     def _slow(self):
         """Once per block: rest, bias, gain, and whether the attitude is lost."""
@@ -137,20 +135,24 @@ class Attitude(Orientation):
         self._n = 0
         self._block_s = 0.0
         bias = self._bias
-        learned = bias.learned
+        rested, learned = bias.at_rest, bias.learned
         bias.update(now, span)
         if bias.learned and not learned and not bias.moved:
-            self._q = (1.0, 0.0, 0.0, 0.0)  # stood still since power-on: again, without the bias
-            self._level(bias.mean[3:])
+            # stood still since power-on: again, without the bias
+            self._q = without_yaw(levelling(*bias.mean[3:]))
         self._watch_up(now, span)
         self._age_s += span
         speed = sum([abs(now[i] - bias.bias_dps[i]) for i in range(3)])
         self._speed += min(1.0, span / _SPEED_S) * (speed - self._speed)
-        self._gain = self._gain_now()
-        if not bias.at_rest and self._age_s > 2.0 * self.tau_s:
-            # what must be corrected again and again is bias: the correction, seen by the sensor
-            k = degrees(span / (self.tau_s * self.bias_tau_s))
-            bias.trim(rotate_back(self._q, -k * self._py, k * self._px, 0.0))
+        last, self._gain = self._gain, self._gain_now()
+        if bias.at_rest != rested:  # at rest there is no velocity; one that ends it goes on
+            self._loop.rescale(0.0 if bias.at_rest or not last else self._gain / last)
+            self._view.clear()
+        self._view.update(self._gain * span, self._q)
+        if not bias.at_rest and self._age_s > 4.0 * self.tau_s:
+            # what must be corrected again and again is bias
+            change = self._view.project(*self._loop.position())
+            bias.learn([degrees(self._gain) * rate for rate in change], span)
 
     def _gain_now(self):
         """In rad/s. None at first (the mean levels), then high until the age is 2 tau_s."""
@@ -172,10 +174,14 @@ class Attitude(Orientation):
         if self._age_s < self.tau_s:
             if total > enough * enough:
                 self._level(up)
+                if self._up_s == span:
+                    self._q = without_yaw(self._q)
                 self._up = (0.0, 0.0, sqrt(total))
         elif self._up_s >= _LOST_S:
             if total > enough * enough and (up[2] < 0.0 or level > up[2] * up[2]):
                 self._level(up)
+                self._loop.clear()
+                self._view.clear()
                 self._age_s = 0.0
             self._up = (0.0, 0.0, 0.0)
             self._up_s = 0.0
@@ -183,7 +189,6 @@ class Attitude(Orientation):
     def _level(self, up):
         """Turn the attitude the short way so that this earth vector points up."""
         self._q = unit(product(levelling(*up), self._q))
-        self._vx = self._vy = self._px = self._py = 0.0
 
     @property
     def at_rest(self):
@@ -210,11 +215,14 @@ class Attitude(Orientation):
     def state(self):
         """All that changes from sample to sample, for set_state()."""
         kept = tuple([getattr(self, name) for name in _STATE])
-        return kept + (tuple(self._sum), self._bias.state())
+        parts = (self._loop.state(), self._view.state(), self._bias.state())
+        return kept + (tuple(self._sum),) + parts
 
     def set_state(self, state):
         """Go on from a state() of a filter with the same settings."""
         for name, value in zip(_STATE, state):
             setattr(self, name, value)
-        self._sum = list(state[-2])
+        self._sum = list(state[-4])
+        self._loop.set_state(state[-3])
+        self._view.set_state(state[-2])
         self._bias.set_state(state[-1])

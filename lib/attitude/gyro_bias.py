@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Gyro bias, learned whenever the sensor rests and trimmed by its user while it moves."""
+"""Gyro bias, learned at once whenever the sensor rests, slowly while it moves."""
 
 _MEAN_S = 0.5
+_QUICK_S = 5.0
 
 
 class GyroBias:
@@ -10,16 +11,20 @@ class GyroBias:
     rest_s          how long it must be still before it counts as rest
     rest_gyro_dps, rest_accel_g   largest deviation from the half-second mean that is still
     rest_bias_s     averaging time of the bias at rest
+    bias_tau_s      time constant of the bias in motion
     bias_limit_dps  bias change that is believed; a steady rate beyond it is motion, not bias
     start_bias_dps  the same before the first rest (datasheet: +-20 deg/s from the factory)
     """
 
     def __init__(self, rest_s=1.5, rest_gyro_dps=1.0, rest_accel_g=0.04, rest_bias_s=6.0,
-                 bias_limit_dps=2.0, start_bias_dps=20.0):
+                 bias_tau_s=30.0, bias_limit_dps=2.0, start_bias_dps=20.0):
+        if min(rest_bias_s, bias_tau_s) <= 0:
+            raise ValueError("rest_bias_s and bias_tau_s must be positive")
         self.rest_s = rest_s
         self.rest_gyro_dps = rest_gyro_dps
         self.rest_accel_g = rest_accel_g
         self.rest_bias_s = rest_bias_s
+        self.bias_tau_s = bias_tau_s
         self.bias_limit_dps = bias_limit_dps
         self.start_bias_dps = start_bias_dps
         self.reset()
@@ -31,7 +36,7 @@ class GyroBias:
         self.learned = False  # has rested once
         self.moved = False
         self._home = [0.0, 0.0, 0.0]  # the bias as last seen at rest
-        self._still_s = self._rested_s = 0.0
+        self._still_s = self._rested_s = self._known_s = 0.0
 
     @property
     def at_rest(self):
@@ -52,6 +57,7 @@ class GyroBias:
         if not self.at_rest:
             return
         self._home = self.mean[:3]
+        self._known_s = self.bias_tau_s
         if not self.learned:
             self.learned = True
             self.bias_dps = self.mean[:3]
@@ -75,21 +81,28 @@ class GyroBias:
                 still = False
         return still
 
-    def trim(self, change_dps):
-        """Add a change learned in motion; stays near the bias last seen at rest."""
+    def learn(self, change_dps, span_s):
+        """In motion: go the way that the level loop's correction shows, in deg/s, for span_s.
+
+        Quick as long as the bias has been watched for a short time only; never far from the bias
+        last seen at rest.
+        """
+        self._known_s = min(self._known_s + span_s, self.bias_tau_s)
+        k = span_s / max(_QUICK_S, self._known_s)
         for i in range(3):
             home = self._home[i]
-            bias = self.bias_dps[i] + change_dps[i]
+            bias = self.bias_dps[i] + k * change_dps[i]
             self.bias_dps[i] = max(home - self._limit, min(home + self._limit, bias))
 
     def state(self):
         """All that changes, for set_state()."""
         return (tuple(self.bias_dps), self.mean and tuple(self.mean), self.learned, self.moved,
-                tuple(self._home), self._still_s, self._rested_s)
+                tuple(self._home), self._still_s, self._rested_s, self._known_s)
 
     def set_state(self, state):
         """Go on from a state()."""
-        (bias, mean, self.learned, self.moved, home, self._still_s, self._rested_s) = state
+        (bias, mean, self.learned, self.moved, home,
+         self._still_s, self._rested_s, self._known_s) = state
         self.bias_dps = list(bias)
         self.mean = mean and list(mean)
         self._home = list(home)

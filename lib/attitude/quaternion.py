@@ -44,6 +44,18 @@ def levelling(x, y, z):
     return unit((n + z, y, -x, 0.0))
 
 
+def without_yaw(q):
+    """The attitude of the same roll and pitch with yaw 0; straight up or down, q itself."""
+    w, x, y, z = q
+    s, c = 2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)
+    n = sqrt(s * s + c * c)
+    if n < 1e-3:
+        return q
+    if c < -0.9999 * n:
+        return product((0.0, 0.0, 0.0, 1.0), q)
+    return product(unit((n + c, 0.0, 0.0, -s)), q)
+
+
 class Orientation:
     """Angles of whatever has a quaternion()."""
 
