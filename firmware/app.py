@@ -9,6 +9,7 @@ app.stats()
 app.stop()
 """
 
+import gc
 import time
 
 from micropython import const
@@ -95,6 +96,7 @@ class App:
         for text in self.warnings + warnings:
             print("warning:", text)
         self._wire()
+        gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         self.loop.start()
 
     def stop(self):
