@@ -152,6 +152,14 @@ def test_ptr8_ptr32_and_bounds():
         word("text")
 
 
+def test_unaligned_pointers_fault_on_the_board():
+    word = make("@viper\ndef f(p: ptr32) -> int:\n    return p[0]\n")
+    view = memoryview(bytearray(range(8)))
+    assert word(view[4:]) == 0x07060504
+    with pytest.raises(ValueError, match="odd address"):
+        word(view[1:])
+
+
 def test_the_function_keeps_globals_closure_and_class():
     def scaled(by):
         @viper

@@ -9,6 +9,7 @@ result bit for bit.
 
 import ast
 import builtins
+import ctypes
 import errno
 import linecache
 import types
@@ -85,6 +86,10 @@ def pointer(value, kind, title):
     if kind in ("ptr8", "ptr"):
         return view
     size = 2 if kind == "ptr16" else 4
+    if isinstance(value, memoryview) and len(view) and not view.readonly:
+        offset = ctypes.addressof(ctypes.c_char.from_buffer(view)) % size
+        if offset:
+            raise ValueError("%s: %s of an odd address stops an RP2040" % (title, kind))
     return view[: len(view) // size * size].cast(_FORMATS[kind])
 
 
@@ -110,6 +115,7 @@ _HELPERS = {
 
 def _parsed(filename):
     """Return ({first line: definition}, constants) of a source file."""
+    linecache.checkcache(filename)
     lines = linecache.getlines(filename)
     source = "".join(lines)
     known = _files.get(filename)
