@@ -3,10 +3,11 @@
 # Times are net of an empty call, each call timed by itself, the collector off.
 
 import gc
-import micropython
 import sys
 import time
 from array import array
+
+import micropython
 
 _laps = array("i", [0] * 60)
 _empty_us = 0.0
@@ -141,6 +142,7 @@ class Skewed:
 def main():
     global _empty_us
     import machine
+
     from firmware import board
 
     print("board", sys.implementation._machine.replace(" ", "_"), machine.freq() // 1000000)

@@ -21,16 +21,16 @@ _BIAS = const(42)
 _ROLL = const(60)
 _YAW = const(62)
 _STILL = const(80)
-_STATE_END = const(84)
-_REST = const(92)
-_SIZE = const(103)
+_STATE_END = const(85)
+_REST = const(93)
+_SIZE = const(107)
 
 
 class Attitude(Fixed):
     """Roll, pitch and relative yaw in millidegrees for free motion, from raw counts.
 
     rate_hz: any real rate, 80 to 1000; gyro_dps, accel_g: the ranges that the counts come in.
-    Further settings by name, as for the float Attitude: tau_s, rest_tau_s, bias_tau_s,
+    Further settings by name, as for the float Attitude: tau_s, fast_dps, rest_tau_s, bias_tau_s,
     rest_bias_s, rest_s, rest_gyro_dps, rest_accel_g, bias_limit_dps, start_bias_dps, lag_s.
     The algorithm is described there. The angles are ready when update() returns.
     """

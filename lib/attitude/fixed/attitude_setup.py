@@ -19,7 +19,7 @@ _K_SHIFT = const(31)
 _COUNT = const(33)
 _W = const(34)
 _LEFT = const(52)
-_N = const(84)  # the first of attitude_slow's coefficients, which follow in its order
+_N = const(85)  # the first of attitude_slow's coefficients, which follow in its order
 
 
 def set_up(
@@ -27,7 +27,8 @@ def set_up(
     rate_hz,
     gyro_dps,
     accel_g,
-    tau_s=1.4,
+    tau_s=1.8,
+    fast_dps=1500.0,
     rest_tau_s=0.5,
     bias_tau_s=60.0,
     rest_bias_s=6.0,
@@ -42,7 +43,7 @@ def set_up(
 
     start_bias_dps at most 40. lag_s is cut at what the range allows: 10 ms at 2000 deg/s.
     """
-    if min(tau_s, rest_tau_s, bias_tau_s, rest_bias_s, rest_s) <= 0:
+    if min(tau_s, fast_dps, rest_tau_s, bias_tau_s, rest_bias_s, rest_s) <= 0:
         raise ValueError("time constants must be positive")
     if start_bias_dps > 40 or bias_limit_dps > start_bias_dps:
         raise ValueError("start_bias_dps: at most 40, and not below bias_limit_dps")
@@ -60,6 +61,8 @@ def set_up(
     young = max(1, int(tau_s / span + 0.99))
     learn = span / (tau_s * bias_tau_s) * inc * (57.29578 * 256.0 / 32768.0)
     learn, learn_shift = _mantissa(learn)
+    fast = _gain(dt / tau_s) / (fast_dps * inc * n)
+    fast, fast_shift = _mantissa(fast * 32768.0)
     coefficients = (
         n,
         32768.0 * min(1.0, span / 0.5),
@@ -80,6 +83,9 @@ def set_up(
         learn_shift,
         lsb_per_g // 2,
         2.0 * rate_hz,
+        32768.0 * min(1.0, span / 3.0),
+        fast,
+        fast_shift,
     )
     for i, value in enumerate(coefficients):
         s[_N + i] = int(value)

@@ -38,23 +38,28 @@ _RESTED = const(81)
 _LEARNED = const(82)
 _MOVED = const(83)
 
-_N = const(84)  # samples in a block
-_MEAN_K = const(85)  # Q15
-_STILL_GYRO = const(86)  # sum
-_STILL_ACCEL = const(87)  # counts * samples, Q6
-_LIMIT = const(88)  # two, sum: bias that is believed before and after the first rest
-_LIMIT_BIAS = const(90)  # the same two, inc Q8
-_REST = const(92)
-_RESTED_MAX = const(93)
-_YOUNG = const(94)
-_GROWN = const(95)
-_RAMP = const(96)  # gain * dt, Q24, times age
-_K_MOTION = const(97)  # gain * dt, Q24
-_K_REST = const(98)
-_LEARN = const(99)  # p, g Q15, to bias, inc Q8 per block: times LEARN >> LEARN_SHIFT
-_LEARN_SHIFT = const(100)
-_HALF_G = const(101)  # counts
-_LOST = const(102)  # samples
+_SPEED = const(84)  # sum of the axes' |rate| over some seconds, sum
+
+_N = const(85)  # samples in a block
+_MEAN_K = const(86)  # Q15
+_STILL_GYRO = const(87)  # sum
+_STILL_ACCEL = const(88)  # counts * samples, Q6
+_LIMIT = const(89)  # two, sum: bias that is believed before and after the first rest
+_LIMIT_BIAS = const(91)  # the same two, inc Q8
+_REST = const(93)
+_RESTED_MAX = const(94)
+_YOUNG = const(95)
+_GROWN = const(96)
+_RAMP = const(97)  # gain * dt, Q24, times age
+_K_MOTION = const(98)  # gain * dt, Q24
+_K_REST = const(99)
+_LEARN = const(100)  # p, g Q15, to bias, inc Q8 per block: times LEARN >> LEARN_SHIFT
+_LEARN_SHIFT = const(101)
+_HALF_G = const(102)  # counts
+_LOST = const(103)  # samples
+_SPEED_K = const(104)  # Q15
+_FAST = const(105)  # speed to gain * dt, Q24: times FAST / 2^15 >> FAST_SHIFT
+_FAST_SHIFT = const(106)
 
 
 @micropython.viper
@@ -108,7 +113,7 @@ def slow(array):
             still = s[_REST]
     s[_STILL] = still
 
-    # at rest the gyro reads its bias
+    # at rest the gyro reads its bias; in motion it errs by parts of its rate
     if still == s[_REST]:
         d = s[_RESTED] + 1
         if d > s[_RESTED_MAX]:
@@ -133,6 +138,20 @@ def slow(array):
                 s[_Y] = 0
                 s[_Z] = 0
                 level(array, s[_MEAN + 3], s[_MEAN + 4], s[_MEAN + 5], 1)
+
+    m = 0
+    i = 0
+    while i < 3:
+        t = s[_SUM + i] - (s[_BIAS + i] >> 8) * n
+        m += t if t >= 0 else 0 - t
+        i += 1
+    d = s[_SPEED]
+    m -= d
+    k = s[_SPEED_K]
+    d += (m >> 15) * k + ((m & 0x7FFF) * k >> 15)
+    s[_SPEED] = d
+    k = s[_FAST]
+    fast = (d >> 15) * k + ((d & 0x7FFF) * k >> 15) >> s[_FAST_SHIFT]
 
     # rotation matrix, Q15, and the block's acceleration in the earth frame
     w = s[_W] + 16384 >> 15
@@ -205,8 +224,9 @@ def slow(array):
     gain = 0
     if age >= s[_YOUNG]:
         gain = s[_RAMP] // age
-        if gain < s[_K_MOTION]:
-            gain = s[_K_MOTION]
+        fast += s[_K_MOTION]
+        if gain < fast:
+            gain = fast
         if still == s[_REST] and gain < s[_K_REST]:
             gain = s[_K_REST]
     k = 9
