@@ -10,22 +10,12 @@ from collections import deque
 
 from tools.virtual.bus import ArbitrationLost, BusStuck
 
-FIFO = 16
-IC_CON, IC_TAR, IC_DATA_CMD = 0x00, 0x04, 0x10
-IC_INTR_STAT, IC_INTR_MASK, IC_RAW_INTR_STAT = 0x2C, 0x30, 0x34
-IC_CLR_INTR, IC_CLR_TX_ABRT, IC_ENABLE, IC_STATUS = 0x40, 0x54, 0x6C, 0x70
-IC_TXFLR, IC_RXFLR, IC_TX_ABRT_SOURCE, IC_ENABLE_STATUS = 0x74, 0x78, 0x80, 0x9C
-CMD_READ, CMD_STOP, CMD_RESTART = 0x100, 0x200, 0x400
-FIRST_DATA_BYTE = 0x800
-RX_UNDER, RX_OVER, TX_OVER, TX_EMPTY = 1 << 0, 1 << 1, 1 << 3, 1 << 4
-TX_ABRT, STOP_DET, START_DET = 1 << 6, 1 << 9, 1 << 10
-ABRT_7B_ADDR_NOACK, ABRT_TXDATA_NOACK, ARB_LOST = 1 << 0, 1 << 3, 1 << 12
-ABRT_USER_ABRT = 1 << 16
-_CLEARS = {0x44: RX_UNDER, 0x48: RX_OVER, 0x4C: TX_OVER, 0x60: STOP_DET, 0x64: START_DET}
+from . import dw_i2c as dw
+
 ACCESS_NS = 60  # a register access over the peripheral bus
 _RETRY_NS = 20_000
 _PATIENCE = 12  # reads of status registers in a row before a polling loop is assumed
-_POLLED = (IC_RXFLR, IC_TXFLR, IC_STATUS, IC_RAW_INTR_STAT, IC_TX_ABRT_SOURCE)
+_POLLED = (dw.IC_RXFLR, dw.IC_TXFLR, dw.IC_STATUS, dw.IC_RAW_INTR_STAT, dw.IC_TX_ABRT_SOURCE)
 
 
 class I2CBlock:
@@ -33,7 +23,7 @@ class I2CBlock:
 
     def __init__(self, port, number):
         self.port, self.number = port, number
-        self.plain = {IC_CON: 0x65, IC_TAR: 0x55, IC_INTR_MASK: 0}
+        self.plain = {dw.IC_CON: 0x65, dw.IC_TAR: 0x55, dw.IC_INTR_MASK: 0}
         self.enabled = False
         self.polls = 0  # status reads since something else was read or written
         self._reset()
@@ -67,17 +57,17 @@ class I2CBlock:
 
     def read(self, offset):
         self._wait(offset)
-        if offset == IC_DATA_CMD:
+        if offset == dw.IC_DATA_CMD:
             return self._pop()
-        if offset == IC_CLR_TX_ABRT:
-            self.interrupts &= ~TX_ABRT
+        if offset == dw.IC_CLR_TX_ABRT:
+            self.interrupts &= ~dw.TX_ABRT
             self.abort_source = 0
             return 0
-        if offset == IC_CLR_INTR:
+        if offset == dw.IC_CLR_INTR:
             self.interrupts, self.abort_source = 0, 0
             return 0
-        if offset in _CLEARS:
-            self.interrupts &= ~_CLEARS[offset]
+        if offset in dw.CLEARS:
+            self.interrupts &= ~dw.CLEARS[offset]
             return 0
         return self._status(offset)
 
@@ -90,39 +80,40 @@ class I2CBlock:
         self.port.clock.hold(wait_ns)
 
     def _status(self, offset):
-        raw = self.interrupts | (TX_EMPTY if self.enabled and not self.tx else 0)
-        if offset == IC_STATUS:
+        raw = self.interrupts | (dw.TX_EMPTY if self.enabled and not self.tx else 0)
+        if offset == dw.IC_STATUS:
             bits = (
                 self.busy,
-                len(self.tx) < FIFO,
+                len(self.tx) < dw.FIFO,
                 not self.tx,
                 bool(self.rx),
-                len(self.rx) == FIFO,
+                len(self.rx) == dw.FIFO,
                 self.busy,
             )
             return sum(bool(bit) << place for place, bit in enumerate(bits))
         values = {
-            IC_RXFLR: len(self.rx), IC_TXFLR: len(self.tx), IC_TX_ABRT_SOURCE: self.abort_source,
-            IC_RAW_INTR_STAT: raw, IC_INTR_STAT: raw & self.plain[IC_INTR_MASK],
-            IC_ENABLE: int(self.enabled) | self.aborting << 1,
-            IC_ENABLE_STATUS: int(self.enabled),
+            dw.IC_RXFLR: len(self.rx), dw.IC_TXFLR: len(self.tx),
+            dw.IC_TX_ABRT_SOURCE: self.abort_source,
+            dw.IC_RAW_INTR_STAT: raw, dw.IC_INTR_STAT: raw & self.plain[dw.IC_INTR_MASK],
+            dw.IC_ENABLE: int(self.enabled) | self.aborting << 1,
+            dw.IC_ENABLE_STATUS: int(self.enabled),
         }  # fmt: skip
         return values[offset] if offset in values else self.plain.get(offset, 0)
 
     def _pop(self):
         if not self.rx:
-            self.interrupts |= RX_UNDER
+            self.interrupts |= dw.RX_UNDER
             return 0
         return self.rx.popleft()
 
     def write(self, offset, value):
         self.polls = 0
         self.port.clock.hold(ACCESS_NS)
-        if offset == IC_ENABLE:
+        if offset == dw.IC_ENABLE:
             self._enable(value)
-        elif offset == IC_DATA_CMD:
+        elif offset == dw.IC_DATA_CMD:
             self._push(value)
-        elif offset != IC_TAR or not self.busy:  # the address is locked while a transfer runs
+        elif offset != dw.IC_TAR or not self.busy:  # the address is locked while a transfer runs
             self.plain[offset] = value
 
     def _enable(self, value):
@@ -142,13 +133,13 @@ class I2CBlock:
             self.event.cancel()
             self.event = None
         self.aborting = False
-        self._abort(ABRT_USER_ABRT)
+        self._abort(dw.ABRT_USER_ABRT)
 
     def _push(self, value):
-        if not self.enabled or self.interrupts & TX_ABRT:
+        if not self.enabled or self.interrupts & dw.TX_ABRT:
             return  # the FIFO is held empty until IC_CLR_TX_ABRT is read
-        if len(self.tx) >= FIFO:
-            self.interrupts |= TX_OVER
+        if len(self.tx) >= dw.FIFO:
+            self.interrupts |= dw.TX_OVER
             return
         self.tx.append(value)
         if self.event is None:
@@ -169,41 +160,41 @@ class I2CBlock:
         except BusStuck:
             self._later(_RETRY_NS)  # it waits for a free bus as long as it must
         except ArbitrationLost:
-            self._abort(ARB_LOST)
+            self._abort(dw.ARB_LOST)
 
     def _command(self, wire, bit_ns):
         command = self.tx[0]
-        read = bool(command & CMD_READ)
+        read = bool(command & dw.CMD_READ)
         wire.claim(self)
         self.wire = wire
         wire.bus.advance(self.port.clock.now_ns)
         bits = 9
-        if not self.running or command & CMD_RESTART or read != self.reading:
+        if not self.running or command & dw.CMD_RESTART or read != self.reading:
             bits += 10
-            self.interrupts |= START_DET
-            if not wire.bus.start(self.plain[IC_TAR] & 0x7F, read):
-                self._later(10 * bit_ns, lambda: self._abort(ABRT_7B_ADDR_NOACK))
+            self.interrupts |= dw.START_DET
+            if not wire.bus.start(self.plain[dw.IC_TAR] & 0x7F, read):
+                self._later(10 * bit_ns, lambda: self._abort(dw.ABRT_7B_ADDR_NOACK))
                 return
             self.running, self.reading, self.first = True, read, True
         if read:
-            value = wire.bus.read(bool(command & CMD_STOP))
+            value = wire.bus.read(bool(command & dw.CMD_STOP))
         elif not wire.bus.write(command & 0xFF):
-            self._later(bits * bit_ns, lambda: self._abort(ABRT_TXDATA_NOACK))
+            self._later(bits * bit_ns, lambda: self._abort(dw.ABRT_TXDATA_NOACK))
             return
         self.tx.popleft()
         self._later(
             bits * bit_ns,
-            lambda: self._finish(value if read else None, bool(command & CMD_STOP), bit_ns),
+            lambda: self._finish(value if read else None, bool(command & dw.CMD_STOP), bit_ns),
         )
 
     def _finish(self, value, stop, bit_ns):
         """A byte is complete: into the FIFO, STOP if asked for, go on."""
         self.event = None
         if value is not None:
-            if len(self.rx) >= FIFO:
-                self.interrupts |= RX_OVER
+            if len(self.rx) >= dw.FIFO:
+                self.interrupts |= dw.RX_OVER
             else:
-                self.rx.append(value | (FIRST_DATA_BYTE if self.first else 0))
+                self.rx.append(value | (dw.FIRST_DATA_BYTE if self.first else 0))
             self.first = False
         if stop:
             self._stop()
@@ -216,7 +207,7 @@ class I2CBlock:
             return
         self.wire.bus.advance(self.port.clock.now_ns)
         self.wire.bus.stop()
-        self.interrupts |= STOP_DET
+        self.interrupts |= dw.STOP_DET
         self.wire.release()
 
     def _abort(self, source):
@@ -226,5 +217,5 @@ class I2CBlock:
         self.event = None
         self.abort_source |= source | len(self.tx) << 23
         self.tx.clear()
-        self.interrupts |= TX_ABRT
+        self.interrupts |= dw.TX_ABRT
         self._stop()

@@ -10,19 +10,9 @@ from .viper_stores import Stores
 from .viper_values import BOOL, INT, LIMITS, NONE, OBJECT, POINTERS, UINT, Value, call, name
 
 _FORBIDDEN = (
-    ast.Yield,
-    ast.YieldFrom,
-    ast.Await,
-    ast.Lambda,
-    ast.ListComp,
-    ast.DictComp,
-    ast.SetComp,
-    ast.GeneratorExp,
-    ast.FunctionDef,
-    ast.ClassDef,
-    ast.NamedExpr,
-    ast.Starred,
-)
+    ast.Yield, ast.YieldFrom, ast.Await, ast.Lambda, ast.ListComp, ast.DictComp, ast.SetComp,
+    ast.GeneratorExp, ast.FunctionDef, ast.ClassDef, ast.NamedExpr, ast.Starred,
+)  # fmt: skip
 _PASSES = 6  # after so many the intervals still growing are taken for the whole type
 
 
