@@ -167,56 +167,67 @@ def test_integer_pid_refuses_gains_that_could_overflow():
 def test_integer_controllers_take_full_scale_for_ever():
     """Under the checked viper an intermediate result beyond int32 raises."""
     pid = fixed.PID(0.9, 3.0, 0.5, limit=(-200000, 200000), rate_hz=250, tau_d_s=0.05)
-    cascade = fixed.Cascade((8.0,) * 3, ((2.0, 4.0, 0.04),) * 3, 400)
-    mixer = fixed.QuadX()
+    quad = fixed.QuadControl((8.0,) * 3, ((2.0, 4.0, 0.04),) * 3, 1000)
     extremes = (-(1 << 30), -180000, -1, 0, 1, 180000, (1 << 30) - 1)
     counts = array("h", [0] * 7)
-    target, angle = array("i", [0] * 3), array("i", [0] * 3)
     for error, rate in itertools.product(extremes, repeat=2):
         for _ in range(20):
             assert -200000 <= pid.update(error, rate) <= 200000
     ends = (-180000, 0, 179999)
-    for wanted, is_at, raw in itertools.product(ends, ends, (-32768, 0, 32767)):
-        for k in range(3):
-            target[k], angle[k], counts[4 + k] = wanted, is_at, raw
+    for wanted, at, raw, throttle in itertools.product(ends, ends, (-32768, 0, 32767), (0, 1000)):
+        quad.target(wanted, wanted, wanted)
+        counts[4] = counts[5] = counts[6] = raw
         for _ in range(20):
-            cascade.update(target, angle, counts)
-            assert all(abs(x) <= 400 for x in cascade.out)
-            assert all(0 <= m <= 1000 for m in mixer.update(1000, cascade.out))
+            quad.update(throttle, at, at, at, counts)
+            assert all(abs(x) <= 1000 for x in quad.torque)
+            assert all(-1 <= m <= 1001 for m in quad.motors)
 
 
-def test_cascade_is_two_loops():
-    """Against the same law in float: rate wanted = 6 error, then a PID on the rate."""
-    twin = fixed.Cascade(
-        (6.0, 5.0, 3.0), ((1.2, 0.8, 0.02), (1.1, 0.6, 0.015), (2.0, 1.0, 0.0)), 400,
-        rate_hz=1000, lsb_per_dps=65.5, rate_limit_dps=200, tau_d_s=0.003,
-    )
-    real = [
-        PID(*gains, limit=400, tau_d_s=0.003)
-        for gains in ((1.2, 0.8, 0.02), (1.1, 0.6, 0.015), (2.0, 1.0, 0.0))
-    ]
+def test_quad_control_is_two_loops_and_a_mixer():
+    """Against the same law in float: rate wanted = gain error, a PID on the rate, the mixer."""
+    angle_gains, limit = (6.0, 5.0, 3.0), 200
+    rate_gains = ((1.2, 0.8, 0.02), (1.1, 0.6, 0.015), (2.0, 1.0, 0.0))
+    quad = fixed.QuadControl(angle_gains, rate_gains, limit, 1000, 65.5, 200, tau_d_s=0.003)
+    real = [PID(*gains, limit=limit, tau_d_s=0.003) for gains in rate_gains]
+    mixer = QuadX()
     rng = random.Random(3)
     angle, rate, last = [0.0] * 3, [0.0] * 3, [0] * 3
-    target = array("i", [10000, -20000, 179000])
+    target = (10000, -20000, 179000)
+    quad.target(*target)
     for _ in range(2000):
         counts = array("h", [0] * 7)
-        angles = array("i", [0] * 3)
         for k in range(3):
             rate[k] = 0.999 * rate[k] + rng.gauss(0, 2)
             angle[k] += rate[k] / 1000
             counts[4 + k] = round(rate[k] * 65.5)
-            angles[k] = round(angle[k] * 1000)
-        angles[2] -= 180000  # the short way from -180 to 179 is -1 degree
-        twin.update(target, angles, counts)
+        mdeg = [round(a * 1000) for a in angle]
+        mdeg[2] -= 180000  # the short way from -180 to 179 is -1 degree
+        quad.update(550, *mdeg, counts)
+        expected = []
         for k in range(3):
-            off = (target[k] - angles[k]) / 1000
+            off = (target[k] - mdeg[k]) / 1000
             off -= 360 * round(off / 360)
-            wanted = min(max((6.0, 5.0, 3.0)[k] * off, -200), 200)
+            wanted = min(max(angle_gains[k] * off, -200), 200)
             measured = counts[4 + k] / 65.5
             change = (counts[4 + k] - last[k]) / 65.5 * 1000
             last[k] = counts[4 + k]
-            expected = real[k].update(wanted - measured, 0.001, rate=change)
-            assert twin.out[k] == pytest.approx(expected, abs=4)
+            expected.append(real[k].update(wanted - measured, 0.001, rate=change))
+        assert quad.torque == pytest.approx(expected, abs=4)
+        motors = mixer.update(0.55, *(t / 1000 for t in quad.torque))
+        assert list(quad.motors) == pytest.approx([m * 1000 for m in motors], abs=4)
+        assert quad.saturated == mixer.saturated
+    quad.reset()
+    fresh = fixed.QuadControl(angle_gains, rate_gains, limit, 1000, 65.5, 200, tau_d_s=0.003)
+    fresh.target(*target)
+    for control in (quad, fresh):
+        control.update(550, 0, 0, 0, counts)
+    assert quad.motors == fresh.motors
+
+
+@pytest.mark.parametrize("bad", [{"limit": 2000}, {"rate_limit_dps": 600}])
+def test_quad_control_refuses_what_cannot_be(bad):
+    with pytest.raises(ValueError):
+        fixed.QuadControl((1.0,) * 3, ((1.0, 1.0, 0.0),) * 3, **bad)
 
 
 # --- mixer ---
@@ -242,7 +253,7 @@ def test_mixer_makes_the_torque_it_is_asked_for():
 @pytest.mark.parametrize("throttle", [0.0, 0.1, 0.5, 0.95, 1.0])
 def test_saturated_mixer_keeps_roll_and_pitch_and_their_direction(throttle):
     rng = random.Random(2)
-    mixer, twin = QuadX(), fixed.QuadX()
+    mixer = QuadX()
     for _ in range(500):
         wanted = [rng.uniform(-0.6, 0.6) for _ in range(3)]
         motors = list(mixer.update(throttle, *wanted))
@@ -253,8 +264,6 @@ def test_saturated_mixer_keeps_roll_and_pitch_and_their_direction(throttle):
         assert abs(yaw) <= abs(wanted[2]) + 1e-9 and yaw * wanted[2] >= -1e-12
         if not mixer.saturated:
             assert yaw == pytest.approx(wanted[2])
-        ints = twin.update(round(throttle * 1000), array("i", [round(w * 1000) for w in wanted]))
-        assert list(ints) == pytest.approx([m * 1000 for m in motors], abs=6)
 
 
 def test_mixer_spans_the_full_range_when_yaw_is_all_there_is():

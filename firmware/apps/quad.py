@@ -9,16 +9,13 @@ The pilot's side sets the four commands and must repeat them: after link_ms with
 estimate is lost, the motors stop. arm() refuses unless throttle is zero and the frame level.
 
     from firmware.apps import quad
-    app = quad.start()                     # ESCs on the board's four outputs, control.mixer's order
+    app = quad.start()      # ESCs on the board's four outputs, in control.mixer's order
     app.quad.command(0); app.quad.arm(app)
     app.quad.command(550, roll_mdeg=5000)
 """
 
-import time
-from array import array
-
 from control import Escs
-from control.fixed import Cascade, QuadX
+from control.fixed import QuadControl
 from machine import PWM, Pin
 from micropython import const
 
@@ -38,21 +35,20 @@ class Quad:
 
     def __init__(self, escs, rate_hz, gyro_lsb_per_dps=65.5):
         self.escs = escs
-        self.cascade = Cascade(ANGLE_GAINS, RATE_GAINS, _TORQUE_MAX, rate_hz, gyro_lsb_per_dps)
-        self.mixer = QuadX()
-        self.target = array("i", [0, 0, 0])
-        self.angles = array("i", [0, 0, 0])
+        self.control = QuadControl(
+            ANGLE_GAINS, RATE_GAINS, _TORQUE_MAX, rate_hz, gyro_lsb_per_dps
+        )
         self.throttle = 0
+        self.yaw_mdeg = 0
         self.link_lost = 0  # times the motors stopped because nobody commanded
         self._link = 0
         self._link_max = rate_hz * _LINK_MS // 1000
 
     def command(self, throttle, roll_mdeg=0, pitch_mdeg=0, yaw_mdeg=None):
         """The pilot's wish: throttle in permille, angles in millidegrees; yaw None keeps it."""
-        self.target[0] = roll_mdeg
-        self.target[1] = pitch_mdeg
         if yaw_mdeg is not None:
-            self.target[2] = yaw_mdeg
+            self.yaw_mdeg = yaw_mdeg
+        self.control.target(roll_mdeg, pitch_mdeg, self.yaw_mdeg)
         self.throttle = throttle
         self._link = 0
 
@@ -60,25 +56,22 @@ class Quad:
         """Let the motors turn. ValueError says why not."""
         tilt = app.filter
         self.escs.arm(self.throttle, max(abs(tilt.roll_mdeg), abs(tilt.pitch_mdeg)))
-        self.cascade.reset()
-        self.target[2] = tilt.yaw_mdeg
-        self._link = 0
+        self.control.reset()
+        self.command(0, 0, 0, tilt.yaw_mdeg)
 
     def update(self, app):
         """After each step of the loop."""
-        tilt, angles, escs = app.filter, self.angles, self.escs
-        angles[0] = roll = tilt.roll_mdeg
-        angles[1] = tilt.pitch_mdeg
-        angles[2] = tilt.yaw_mdeg
-        self.cascade.update(self.target, angles, app.imu.counts)
-        escs.write(self.mixer.update(self.throttle, self.cascade.out))
+        tilt, control, escs = app.filter, self.control, self.escs
+        roll = tilt.roll_mdeg
+        control.update(self.throttle, roll, tilt.pitch_mdeg, tilt.yaw_mdeg, app.imu.counts)
+        escs.write(control.motors)
         if not escs.armed:
             return
         self._link += 1
         if self._link > self._link_max:
             self.link_lost += 1
             escs.safe()
-        elif roll > _CRASHED_MDEG or roll < -_CRASHED_MDEG:
+        elif not -_CRASHED_MDEG < roll < _CRASHED_MDEG:
             escs.safe()
 
     def safe(self):

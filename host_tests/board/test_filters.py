@@ -164,10 +164,10 @@ from array import array
 from control import fixed
 pid = fixed.PID(0.02, 0.05, 0.0015, 900, tau_d_s=0.01)
 gains = ((1.2, 0.8, 0.02), (1.1, 0.6, 0.015), (2.0, 1.0, 0.0))
-cascade = fixed.Cascade((6.0, 5.0, 3.0), gains, 400)
-mixer = fixed.QuadX()
-target, angle = array("i", [10000, -20000, 179000]), array("i", [0] * 3)
+quad = fixed.QuadControl((6.0, 5.0, 3.0), gains, 900)
+quad.target(10000, -20000, 179000)
 counts = array("h", [0] * 7)
+angle = array("i", [0] * 3)
 log = array("i", [0] * {n})
 x = 1
 for k in range({n}):
@@ -176,11 +176,10 @@ for k in range({n}):
         counts[4 + axis] = ((x >> axis) & 0x3FFF) - 8192
         angle[axis] = ((x << axis) % 360000) - 180000
     lock()
-    cascade.update(target, angle, counts)
-    mixer.update(x & 1023, cascade.out)
+    quad.update(x & 1023, angle[0], angle[1], angle[2], counts)
     out = pid.update(angle[0], counts[4])
     unlock()
-    log[k] = out + mixer.motors[0] * 1000 + mixer.motors[3] * 7 + cascade.out[2]
+    log[k] = out + quad.motors[0] * 1000 + quad.motors[3] * 7 + quad.torque[2]
 print(list(log))
 """
     n = 30

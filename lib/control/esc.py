@@ -37,14 +37,14 @@ class Escs:
         if not self.armed:
             self.safe()
             return
-        k = 0
+        idle, span, stop, k = self.idle, self._span_us, self._stop_ns, 0
         for writer in self._writers:
             command = commands[k]
-            if command < self.idle:
-                command = self.idle
+            if command < idle:
+                command = idle
             elif command > 1000:
                 command = 1000
-            writer(self._stop_ns + command * self._span_us)
+            writer(stop + command * span)
             k += 1
 
     def safe(self):

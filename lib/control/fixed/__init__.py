@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Integer twins of the controllers: the same verbs, no allocation in update()."""
 
-from control.fixed.cascade import Cascade
-from control.fixed.mixer import QuadX
-from control.fixed.pid import PID
+_HOME = {"PID": "pid", "QuadControl": "quad"}
 
-__all__ = ("PID", "Cascade", "QuadX")
+
+def __getattr__(name):
+    home = _HOME.get(name)
+    if home is None:
+        raise AttributeError("control.fixed has no %s" % name)
+    value = getattr(__import__("control.fixed." + home, None, None, (name,)), name)
+    globals()[name] = value
+    return value
