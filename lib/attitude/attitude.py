@@ -73,16 +73,14 @@ class Attitude(Orientation):
         self._sum = [0.0] * 6  # of the block: gyro, accelerometer
         self._n = self._block_n - 1  # the first block is the first sample: it levels
         self._block_s = 0.0
-        self._up = (0.0, 0.0, 0.0)  # accelerometer in the earth frame, summed over time
-        self._up_s = 0.0
+        self._up, self._up_s = (0.0, 0.0, 0.0), 0.0  # accelerometer in the earth frame, summed
 
     def update(self, gx_dps, gy_dps, gz_dps, ax_g, ay_g, az_g, dt_s=None):
         """Take one sample; dt_s is the time since the one before (default 1 / rate_hz).
 
         A gyro or accelerometer reading that is not a finite number is taken as the last one.
         """
-        if dt_s is None:
-            dt_s = 1.0 / self.rate_hz
+        dt_s = 1.0 / self.rate_hz if dt_s is None else dt_s
         if not (gx_dps + gy_dps + gz_dps) * 0.0 == 0.0:
             gx_dps, gy_dps, gz_dps = self._gyro or (0.0, 0.0, 0.0)
         if not (ax_g + ay_g + az_g) * 0.0 == 0.0:
@@ -132,13 +130,11 @@ class Attitude(Orientation):
         span = self._block_s
         now = [x / span for x in self._sum]
         self._sum = [0.0] * 6
-        self._n = 0
-        self._block_s = 0.0
+        self._n, self._block_s = 0, 0.0
         bias = self._bias
         rested, learned = bias.at_rest, bias.learned
         bias.update(now, span)
-        if bias.learned and not learned and not bias.moved:
-            # stood still since power-on: again, without the bias
+        if bias.learned and not learned and not bias.moved:  # still since power-on: start again
             self._q = without_yaw(levelling(*bias.mean[3:]))
         self._watch_up(now, span)
         self._age_s += span
@@ -150,16 +146,14 @@ class Attitude(Orientation):
             self._view.clear()
         self._view.update(self._gain * span, self._q)
         if not bias.at_rest and self._age_s > 4.0 * self.tau_s:
-            # what must be corrected again and again is bias
-            change = self._view.project(*self._loop.position())
+            change = self._view.project(*self._loop.position())  # what is corrected for ever
             bias.learn([degrees(self._gain) * rate for rate in change], span)
 
     def _gain_now(self):
         """In rad/s. None at first (the mean levels), then high until the age is 2 tau_s."""
         if self._age_s < self.tau_s:
             return 0.0
-        gain = (1.0 + self._speed / self.fast_dps) / self.tau_s
-        gain = max(gain, 2.0 / self._age_s)
+        gain = max((1.0 + self._speed / self.fast_dps) / self.tau_s, 2.0 / self._age_s)
         return max(gain, 1.0 / self.rest_tau_s) if self._bias.at_rest else gain
 
     def _watch_up(self, now, span):
@@ -183,8 +177,7 @@ class Attitude(Orientation):
                 self._loop.clear()
                 self._view.clear()
                 self._age_s = 0.0
-            self._up = (0.0, 0.0, 0.0)
-            self._up_s = 0.0
+            self._up, self._up_s = (0.0, 0.0, 0.0), 0.0
 
     def _level(self, up):
         """Turn the attitude the short way so that this earth vector points up."""
@@ -214,9 +207,8 @@ class Attitude(Orientation):
 
     def state(self):
         """All that changes from sample to sample, for set_state()."""
-        kept = tuple([getattr(self, name) for name in _STATE])
-        parts = (self._loop.state(), self._view.state(), self._bias.state())
-        return kept + (tuple(self._sum),) + parts
+        parts = (tuple(self._sum), self._loop.state(), self._view.state(), self._bias.state())
+        return tuple([getattr(self, name) for name in _STATE]) + parts
 
     def set_state(self, state):
         """Go on from a state() of a filter with the same settings."""
