@@ -18,6 +18,7 @@ _BIAS_MAX_DPS = 40.0  # initial offset and drift over temperature (PS section 6.
 
 def sensor(board, config):
     """The driver, configured. OSError with the driver's words and what the bus itself shows."""
+    failure = None
     try:
         imu = MPU6050(
             board.i2c(),
@@ -28,10 +29,10 @@ def sensor(board, config):
             rate_hz=config.rate_hz if config.drive == "data-ready" else config.sensor_hz,
         )
     except OSError as error:
-        code = error.args[0] if error.args else 0
-        raise OSError(
-            code, "%s\nSeen: %s" % (error.args[-1], diagnose(board, config.address))
-        ) from error
+        failure = error
+    if failure is not None:  # raised out here, so that one traceback is shown
+        seen = diagnose(board, config.address)
+        raise OSError(failure.args[0], "%s\nSeen: %s" % (failure.args[-1], seen))
     imu.data_ready(config.drive == "data-ready")
     return imu
 

@@ -8,6 +8,7 @@ import os
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
 from tools.virtual.port import Port
 
 
@@ -255,8 +256,9 @@ def test_no_file_stops_the_boot(port, tmp_path, main):
 
 
 def test_a_calibration_is_stored_and_checked(port, tmp_path):
-    from firmware import startup
     from mpu6050.calibration import Calibration
+
+    from firmware import startup
 
     made = Calibration(
         gyro_bias_dps=(1.5, -2.25, 0.5),

@@ -3,8 +3,10 @@
 
 import random
 import time
+from itertools import pairwise
 
 import pytest
+
 from tools.virtual.port import Port
 
 WRAP = 1 << 30  # ticks_us on a 32-bit MicroPython
@@ -259,5 +261,5 @@ def test_samples_are_an_asynchronous_iterator(platform):
 
         seen = asyncio.run(main())
         assert [item for item, _ in seen] == ["it"] * 5
-        gaps = [time.ticks_diff(b, a) for (_, a), (_, b) in zip(seen, seen[1:])]
+        gaps = [time.ticks_diff(b, a) for (_, a), (_, b) in pairwise(seen)]
         assert all(abs(gap - 4000) < 50 for gap in gaps)

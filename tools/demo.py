@@ -126,6 +126,7 @@ def _up(quats):
 def estimates(app, recorded, stdout):
     """{name: (n x 3) up vectors}: the other filters on the counts that the app had."""
     from attitude import GyroIntegral, accel_tilt_deg
+
     from firmware import filters
 
     out = {}
