@@ -14,7 +14,7 @@ import micropython
 from micropython import const
 
 from mpu6050 import ranges
-from mpu6050.profiles import identify
+from mpu6050.profiles import filter_row, identify
 from mpu6050.registers import Registers
 
 # [bits] that the driver uses; names as in RM section 3
@@ -22,7 +22,6 @@ _SMPLRT_DIV = const(0x19)
 _CONFIG = const(0x1A)  # EXT_SYNC_SET [5:3] is left alone, DLPF_CFG [2:0]
 _GYRO_CONFIG = const(0x1B)  # XG_ST YG_ST ZG_ST [7:5], FS_SEL [4:3]
 _ACCEL_CONFIG = const(0x1C)  # XA_ST YA_ST ZA_ST [7:5], AFS_SEL [4:3]
-_ACCEL_CONFIG_2 = const(0x1D)  # MPU-6500 family: FCHOICE_B [3], A_DLPF_CFG [2:0]
 _FIFO_EN = const(0x23)
 _INT_PIN_CFG = const(0x37)  # INT_LEVEL [7], INT_OPEN [6], LATCH_INT_EN [5], INT_RD_CLEAR [4]
 _INT_ENABLE = const(0x38)  # DATA_RDY_EN [0]
@@ -84,10 +83,9 @@ class MPU6050(Registers):
             _USER_CTRL, 0, 0x60,
         )))  # fmt: skip
         self.rate_hz = gyro_rate / (1 + divider)
-        if self.profile.accel_filter:
-            if gyro_rate == 8000:  # RM-MPU-6500A p. 12: the divider works at 1 kHz only
-                self.rate_hz = 8000.0
-            self._table.extend(bytes((_ACCEL_CONFIG_2, dlpf_code, 0x0F)))
+        if self.profile.accel_filter and gyro_rate == 8000:
+            self.rate_hz = 8000.0  # RM-MPU-6500A p. 12: the divider works at 1 kHz only
+        filter_row(self)
         self.reset()
         self.configure()
 
@@ -155,10 +153,18 @@ class MPU6050(Registers):
 
     def reset(self):
         """Reset the chip by the sequence of RM p. 41; it sleeps then, until configure()."""
+        self.reset_chip()
+        time.sleep_ms(100)
+        self.reset_paths()
+        time.sleep_ms(100)
+
+    def reset_chip(self):
+        """First step of a reset, for a loop that cannot wait; reset_paths() after 100 ms."""
         self.store(_PWR_MGMT_1, 0x80)
-        time.sleep_ms(100)
+
+    def reset_paths(self):
+        """Second step; the chip is ready for its configuration after another 100 ms."""
         self.store(_SIGNAL_PATH_RESET, 0x07)
-        time.sleep_ms(100)
 
     def configure(self):
         """Apply the whole table, verify it, and wait until the gyro has started. OSError."""

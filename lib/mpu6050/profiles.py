@@ -9,6 +9,8 @@ from collections import namedtuple
 
 from micropython import const
 
+_CONFIG = const(0x1A)  # DLPF_CFG [2:0]
+_ACCEL_CONFIG_2 = const(0x1D)  # MPU-6500 family: FCHOICE_B [3], A_DLPF_CFG [2:0]
 _WHO_AM_I = const(0x75)
 _ENODEV = const(19)
 
@@ -36,13 +38,49 @@ def _like_6050(name):
     return Profile(name, False, 340.0, 36.53, 1024, 0x06, True)
 
 
-def _profile(who_am_i):
+def known(who_am_i):
+    """The Profile that belongs to a WHO_AM_I, or None."""
     if who_am_i == 0x68:
         return _like_6050("MPU6050")
     if who_am_i == 0x98:
         return Profile("ICM-20689", True, 326.8, 25.0, 4096, 0x77, False)
     name = {0x70: "MPU-6500", 0x71: "MPU-9250", 0x73: "MPU-9255", 0x74: "MPU-6515"}.get(who_am_i)
     return _like_6500(name) if name else None
+
+
+def filter_row(device):
+    """Give the table its row for the second filter register where the part has one, else none."""
+    rows = bytearray()
+    table = device._table
+    code = 0
+    for at in range(0, len(table), 3):
+        if table[at] == _CONFIG:
+            code = table[at + 1]
+        if table[at] != _ACCEL_CONFIG_2:
+            rows.extend(table[at : at + 3])
+    if device.profile.accel_filter:
+        rows.extend(bytes((_ACCEL_CONFIG_2, code, 0x0F)))
+    device._table = rows
+    device.rewind()
+
+
+def same_part(device):
+    """Whether the part that answers now is still the one that was identified. OSError."""
+    device.load(_WHO_AM_I, device._byte)
+    return device._byte[0] == device.who_am_i
+
+
+def adopt(device):
+    """Take on the other part that same_part() has seen; False when it is unknown.
+
+    What it needs is in the table then, to be applied by configure() or repair().
+    """
+    profile = known(device._byte[0])
+    if profile is None:
+        return False
+    device.who_am_i, device.profile = device._byte[0], profile
+    filter_row(device)
+    return True
 
 
 def identify(device, allow_unknown):
@@ -57,7 +95,7 @@ def identify(device, allow_unknown):
         from mpu6050.diagnose import no_answer
 
         raise no_answer(device, error) from None
-    profile = _profile(byte[0])
+    profile = known(byte[0])
     if profile is None and allow_unknown:
         profile = _like_6050("unknown 0x%02X" % byte[0])
     if profile is None:

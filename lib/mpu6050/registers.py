@@ -57,6 +57,11 @@ class Registers:
         self._apply(self._table[row], self._table[row + 1], self._table[row + 2])
         return self._next == 0
 
+    @property
+    def rows(self):
+        """How many rows the table has: after so many check() has seen all."""
+        return len(self._table) // 3
+
     def rewind(self):
         """Let the next check() or repair() begin with the first row, the one that wakes."""
         self._next = 0

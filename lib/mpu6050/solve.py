@@ -55,7 +55,7 @@ def from_rest(poses):
                 "the poses are too alike: turn %s up in some, down in others" % "xyz"[i]
             )
     p = list(_PERFECT)
-    for _ in range(8):
+    for _ in range(5):  # quadratic: three would do at the datasheet's tolerance
         normal = [[0.0] * 10 for _ in range(9)]
         for i in range(9):
             normal[i][i] = _PRIOR[i]
