@@ -54,7 +54,7 @@ def test_served_by_the_command_line():
     command = [sys.executable, "-m", "tools.virtual.pico", "--bare", "--seconds", "60"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         try:
-            path = server.stdout.readline().split()[-1]
+            path = next(line.split()[1] for line in server.stdout if line.startswith("port:"))
             line = "import machine; print(machine.I2C(0).scan())"
             done = subprocess.run(
                 [sys.executable, "-m", "mpremote", "connect", path, "exec", line],

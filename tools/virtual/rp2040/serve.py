@@ -16,10 +16,12 @@ REST_S = 5.0  # the program takes the gyro's offset at rest, before anything mov
 
 def main():
     options = _parse()
+    print("booting" if options.bare else "booting, main.py and all: half a minute", flush=True)
     bus = Bus(MPU6050Chip(source(options.motion)), faults=load_scenario(options.faults or []))
     with VirtualPico(bus=bus, root=not options.bare) as pico, pico.terminal() as port:
-        print(f"MicroPython with an MPU6050 ({options.motion}) at {port.path}", flush=True)
-        print(f"try: mpremote connect {port.path} resume repl  (end: Ctrl-C here)", flush=True)
+        print(f"MicroPython with an MPU6050 ({options.motion}); Ctrl-C here ends it", flush=True)
+        print(f"try: mpremote connect {port.path} resume repl", flush=True)
+        print(f"port: {port.path}", flush=True)
         end = time.monotonic() + options.seconds if options.seconds else None
         try:
             while end is None or time.monotonic() < end:
