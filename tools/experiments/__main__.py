@@ -12,9 +12,15 @@ from tools.experiments import gallery
 
 ALL = (
     "p000_filters",
+    "p000_loop",
     "p001_imu",
     "p001_gps",
     "p002_step",
+    "p002_platform",
+    "p004_programs",
+    "balance",
+    "quad",
+    "rates",
 )
 
 

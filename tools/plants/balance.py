@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A self-balancing robot: an inverted pendulum on two wheels with real gear motors.
 
-x: place of the axle (m, forward), p: lean (rad, forward positive = pitch), T: torque of both motors.
+x: place of the axle (m, forward), p: lean (rad, forward positive), T: torque of both motors.
 
     (M + m) x'' + m l cos(p) p'' - m l sin(p) p'^2 = T / r
     m l cos(p) x'' + (I + m l^2) p'' - m g l sin(p) = -T + push

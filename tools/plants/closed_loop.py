@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A plant, the virtual sensor on it, and the board's own program that steers it, in virtual time."""
+"""A plant, the virtual sensor on it, and the board's own program that steers it."""
 
 import importlib
 import tempfile
