@@ -21,9 +21,11 @@ _BIAS = const(42)
 _ROLL = const(60)
 _YAW = const(62)
 _STILL = const(80)
-_STATE_END = const(85)
-_REST = const(93)
-_SIZE = const(107)
+_STATE_END = const(105)
+_REST = const(113)
+_SIZE = const(128)
+# what a gap leaves: the quaternion, the bias, the bias as seen at rest, and what is known of it
+_KEPT = ((34, 38), (42, 45), (69, 75), (81, 84))
 
 
 class Attitude(Fixed):
@@ -52,6 +54,15 @@ class Attitude(Fixed):
     def reset(self):
         """Forget everything; the next sample starts anew with yaw 0."""
         self.set_state(self._start)
+
+    def relevel(self):
+        """After a gap: the next samples level anew; yaw and what is known of the bias stay."""
+        s = self._s
+        kept = tuple(s)
+        self.reset()
+        for first, end in _KEPT:
+            for i in range(first, end):
+                s[i] = kept[i]
 
     @property
     def yaw_mdeg(self):

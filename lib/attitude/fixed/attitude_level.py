@@ -12,22 +12,63 @@ _X = const(35)
 _Y = const(36)
 _Z = const(37)
 _TRIM = const(38)
-_VX = const(48)
-_VY = const(49)
-_PX = const(50)
-_PY = const(51)
+
+
+@micropython.viper
+def turn(array, w: int, x: int, y: int, z: int):
+    """q <- (w, x, y, z) q, a rotation of the earth frame of any length below 2^30.
+
+    array is the filter's, see attitude_step. The turn's angle has an error of 1e-4 of itself.
+    All zero is half a turn about x.
+    """
+    s = ptr32(array)
+    a = (w if w >= 0 else 0 - w) | (x if x >= 0 else 0 - x)
+    a |= (y if y >= 0 else 0 - y) | (z if z >= 0 else 0 - z)
+    if a == 0:
+        x = a = 268435456
+    while a < 268435456:
+        a <<= 1
+        w <<= 1
+        x <<= 1
+        y <<= 1
+        z <<= 1
+    a = w >> 15
+    b = x >> 15
+    c = y >> 15
+    d = z >> 15
+    n = int(isqrt(a * a + b * b + c * c + d * d))
+    # the quotients Q30 in two steps; w less one, so that a small turn keeps all of q's bits
+    w = (w // n << 15) + ((w % n << 15) // n) - s[_ONE]
+    x = (x // n << 15) + ((x % n << 15) // n)
+    y = (y // n << 15) + ((y % n << 15) // n)
+    z = (z // n << 15) + ((z % n << 15) // n)
+    a = w >> 15
+    b = x >> 15
+    c = y >> 15
+    d = z >> 15
+    w = w & 0x7FFF
+    x = x & 0x7FFF
+    y = y & 0x7FFF
+    z = z & 0x7FFF
+    h = s[_W] + 16384 >> 15
+    i = s[_X] + 16384 >> 15
+    j = s[_Y] + 16384 >> 15
+    k = s[_Z] + 16384 >> 15
+    s[_W] += a * h - b * i - c * j - d * k + (w * h - x * i - y * j - z * k + 16384 >> 15)
+    s[_X] += a * i + b * h + c * k - d * j + (w * i + x * h + y * k - z * j + 16384 >> 15)
+    s[_Y] += a * j - b * k + c * h + d * i + (w * j - x * k + y * h + z * i + 16384 >> 15)
+    s[_Z] += a * k + b * j - c * i + d * h + (w * k + x * j - y * i + z * h + 16384 >> 15)
+    s[_TRIM] = 0
 
 
 @micropython.viper
 def level(array, x: int, y: int, z: int, least: int) -> int:
-    """Turn q the short way so that the earth vector (x, y, z) points up; forget v and p.
+    """Turn q the short way so that the earth vector (x, y, z) points up.
 
-    array is the filter's, see attitude_step. Any scale up to 2^29. Returns the vector's length
-    (within 1e-4), or 0 when it is shorter than least, which changes nothing; least is at least 1.
-    The rotation is (|u| + z, y, -x, 0) / norm; its angle has an error of 1e-4 of itself, and a
-    quarter of a degree next to upside down.
+    Any scale up to 2^29. Returns the vector's length (within 1e-4), or 0 when it is shorter than
+    least, which changes nothing; least is at least 1. The rotation is (|u| + z, y, -x, 0), coarse
+    (a quarter of a degree) next to upside down.
     """
-    s = ptr32(array)
     # the largest component to 29 bits
     t = (x if x >= 0 else 0 - x) | (y if y >= 0 else 0 - y) | (z if z >= 0 else 0 - z)
     if t == 0:
@@ -46,40 +87,28 @@ def level(array, x: int, y: int, z: int, least: int) -> int:
     length = n << 15 >> k
     if length < least:
         return 0
+    w = (n << 14) + (z >> 1)
     if z < 0:
-        w = (i * i + j * j) // (n - h) << 15  # n + z without its cancellation
-        if w == 0:
-            x = 0
-            y = 268435456
-    else:
-        w = (n << 15) + z
-    i = x >> 16
-    j = y >> 16
-    h = w >> 16
-    n = int(isqrt(i * i + j * j + h * h))
-
-    # the quotients Q30 in two steps; w less one, so that a small turn keeps all of q's bits
-    x = 0 - x
-    w = (w // n << 14) + ((w % n << 14) // n) - s[_ONE]
-    x = (x // n << 14) + ((x % n << 14) // n)
-    y = (y // n << 14) + ((y % n << 14) // n)
-    a = w >> 15
-    b = y >> 15
-    c = x >> 15
-    w &= 0x7FFF
-    y &= 0x7FFF
-    x &= 0x7FFF
-    h = s[_W] + 16384 >> 15
-    i = s[_X] + 16384 >> 15
-    j = s[_Y] + 16384 >> 15
-    k = s[_Z] + 16384 >> 15
-    s[_W] += a * h - b * i - c * j + (w * h - y * i - x * j + 16384 >> 15)
-    s[_X] += a * i + b * h + c * k + (w * i + y * h + x * k + 16384 >> 15)
-    s[_Y] += a * j + c * h - b * k + (w * j + x * h - y * k + 16384 >> 15)
-    s[_Z] += a * k + b * j - c * i + (w * k + y * j - x * i + 16384 >> 15)
-    s[_TRIM] = 0
-    s[_VX] = 0
-    s[_VY] = 0
-    s[_PX] = 0
-    s[_PY] = 0
+        w = (i * i + j * j) // (n - h) << 14  # n + z without its cancellation
+    turn(array, w, y >> 1, 0 - (x >> 1), 0)
     return length
+
+
+@micropython.viper
+def without_yaw(array):
+    """Turn q about the vertical to yaw 0; straight up or down there is no yaw to take."""
+    s = ptr32(array)
+    w = s[_W] + 16384 >> 15
+    x = s[_X] + 16384 >> 15
+    y = s[_Y] + 16384 >> 15
+    z = s[_Z] + 16384 >> 15
+    c = 16384 - (y * y + z * z >> 15)  # cosine and sine of the yaw, Q14
+    z = w * z + x * y >> 15
+    n = int(isqrt(c * c + z * z))
+    if n < 16:
+        return
+    if c < 0:
+        n = z * z // (n - c)  # n + c without its cancellation
+    else:
+        n += c
+    turn(array, n << 14, 0, 0, 0 - (z << 14))

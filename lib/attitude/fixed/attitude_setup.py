@@ -19,7 +19,7 @@ _K_SHIFT = const(31)
 _COUNT = const(33)
 _W = const(34)
 _LEFT = const(52)
-_N = const(85)  # the first of attitude_slow's coefficients, which follow in its order
+_N = const(105)  # the first of attitude_slow's coefficients, which follow in its order
 
 
 def set_up(
@@ -30,7 +30,7 @@ def set_up(
     tau_s=1.8,
     fast_dps=1500.0,
     rest_tau_s=0.5,
-    bias_tau_s=60.0,
+    bias_tau_s=30.0,
     rest_bias_s=6.0,
     rest_s=1.5,
     rest_gyro_dps=1.0,
@@ -59,8 +59,6 @@ def set_up(
     _lag(s, inc * dps, lag_s * 4.0 / dt / 32768.0)
     s[_ONE] = s[_W] = 1 << 30
     young = max(1, int(tau_s / span + 0.99))
-    learn = span / (tau_s * bias_tau_s) * inc * (57.29578 * 256.0 / 32768.0)
-    learn, learn_shift = _mantissa(learn)
     fast = _gain(dt / tau_s) / (fast_dps * inc * n)
     fast, fast_shift = _mantissa(fast * 32768.0)
     coefficients = (
@@ -75,17 +73,18 @@ def set_up(
         rest_s / span + 0.99,
         max(1.0, rest_bias_s / span),
         young,
-        2 * young,
         _gain(2.0 * dt / (young * span)) * young,
         _gain(dt / tau_s),
         _gain(dt / rest_tau_s),
-        learn,
-        learn_shift,
         lsb_per_g // 2,
+        5.0 / span,
+        max(bias_tau_s, 5.0) / span,
+        4.0 * tau_s / span,
         2.0 * rate_hz,
         32768.0 * min(1.0, span / 3.0),
         fast,
         fast_shift,
+        n - 1,  # where in the block the view of the bias follows
     )
     for i, value in enumerate(coefficients):
         s[_N + i] = int(value)

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: MIT
 """What the integer Attitude does once per block of samples, about 50 times a second.
 
-Rest, gyro bias, gain, and whether the attitude is lost: the slow part of attitude.Attitude and
-attitude.GyroBias in integers. "inc" and Qn: see attitude_step. A block's sums are not divided:
-"sum" is inc times samples, so that the bias keeps a resolution of 1e-5 deg/s. Spans of time are
-counts of blocks.
+Rest, gyro bias at rest, gain, and whether the attitude is lost: the slow part of
+attitude.Attitude and attitude.GyroBias in integers. "inc" and Qn: see attitude_step. A block's
+sums are not divided: "sum" is inc times samples, so that the bias keeps a resolution of
+1e-5 deg/s. Spans of time are counts of blocks.
 """
 
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude_level import level
+from attitude.fixed.attitude_level import level, without_yaw
 
 _ONE = const(29)
 _K = const(30)  # gain * dt = K / 2^(15 + SHIFT), see attitude_step
@@ -22,6 +22,8 @@ _X = const(35)
 _Y = const(36)
 _Z = const(37)
 _BIAS = const(42)  # three: inc Q8
+_VX = const(48)
+_VY = const(49)
 _PX = const(50)
 _PY = const(51)
 _LEFT = const(52)
@@ -40,26 +42,29 @@ _MOVED = const(83)
 
 _SPEED = const(84)  # sum of the axes' |rate| over some seconds, sum
 
-_N = const(85)  # samples in a block
-_MEAN_K = const(86)  # Q15
-_STILL_GYRO = const(87)  # sum
-_STILL_ACCEL = const(88)  # counts * samples, Q6
-_LIMIT = const(89)  # two, sum: bias that is believed before and after the first rest
-_LIMIT_BIAS = const(91)  # the same two, inc Q8
-_REST = const(93)
-_RESTED_MAX = const(94)
-_YOUNG = const(95)
-_GROWN = const(96)
-_RAMP = const(97)  # gain * dt, Q24, times age
-_K_MOTION = const(98)  # gain * dt, Q24
-_K_REST = const(99)
-_LEARN = const(100)  # p, g Q15, to bias, inc Q8 per block: times LEARN >> LEARN_SHIFT
-_LEARN_SHIFT = const(101)
-_HALF_G = const(102)  # counts
-_LOST = const(103)  # samples
-_SPEED_K = const(104)  # Q15
-_FAST = const(105)  # speed to gain * dt, Q24: times FAST / 2^15 >> FAST_SHIFT
-_FAST_SHIFT = const(106)
+_KNOWN = const(85)  # how long the bias has been watched; 87-104: attitude_view
+_GAIN = const(86)  # gain * dt, Q24
+_VIEW = const(87)
+_VIEW_END = const(105)
+
+_N = const(105)  # samples in a block
+_MEAN_K = const(106)  # Q15
+_STILL_GYRO = const(107)  # sum
+_STILL_ACCEL = const(108)  # counts * samples, Q6
+_LIMIT = const(109)  # two, sum: bias that is believed before and after the first rest; Q8: 111
+_REST = const(113)
+_RESTED_MAX = const(114)
+_YOUNG = const(115)
+_RAMP = const(116)  # gain * dt, Q24, times age
+_K_MOTION = const(117)  # gain * dt, Q24
+_K_REST = const(118)
+_HALF_G = const(119)  # counts
+_KNOWN_MAX = const(121)
+_LEARN_AGE = const(122)
+_LOST = const(123)  # samples
+_SPEED_K = const(124)  # Q15
+_FAST = const(125)  # speed to gain * dt, Q24: times FAST / 2^15 >> FAST_SHIFT
+_FAST_SHIFT = const(126)
 
 
 @micropython.viper
@@ -69,6 +74,7 @@ def slow(array):
     n = s[_N]
     first = s[_COUNT] < n
     learned = s[_LEARNED]
+    rested = s[_STILL] == s[_REST]
 
     # half-second means; still: all near their mean, gyro near its bias
     k = s[_MEAN_K]
@@ -119,6 +125,7 @@ def slow(array):
         if d > s[_RESTED_MAX]:
             d = s[_RESTED_MAX]
         s[_RESTED] = d
+        s[_KNOWN] = s[_KNOWN_MAX]
         i = 0
         while i < 3:
             m = s[_MEAN + i]
@@ -138,6 +145,7 @@ def slow(array):
                 s[_Y] = 0
                 s[_Z] = 0
                 level(array, s[_MEAN + 3], s[_MEAN + 4], s[_MEAN + 5], 1)
+                without_yaw(array)
 
     m = 0
     i = 0
@@ -183,6 +191,7 @@ def slow(array):
     while i < _SUM + 6:
         s[i] = 0
         i += 1
+    alone = s[_UP_SAMPLES] == 0
     k = s[_UP_SAMPLES] + s[_COUNT]
     s[_UP_SAMPLES] = k
     s[_COUNT] = n
@@ -190,6 +199,7 @@ def slow(array):
 
     # at first the mean of all acceleration so far is up; later one that is more than 45 degrees
     # away over two seconds is no acceleration but a lost attitude: start again
+    forget = 0
     age = s[_AGE]
     x = s[_UP]
     y = s[_UP + 1]
@@ -197,6 +207,8 @@ def slow(array):
     if age < s[_YOUNG]:
         t = int(level(array, x, y, z, s[_HALF_G] * k))
         if t:
+            if alone:
+                without_yaw(array)
             s[_UP] = 0
             s[_UP + 1] = 0
             s[_UP + 2] = t
@@ -206,6 +218,7 @@ def slow(array):
         t = z >> 14
         if (z < 0 or i * i + j * j > t * t) and int(level(array, x, y, z, s[_HALF_G] * k)):
             age = 0
+            forget = 1
         s[_UP] = 0
         s[_UP + 1] = 0
         s[_UP + 2] = 0
@@ -218,8 +231,8 @@ def slow(array):
             age = s[_YOUNG]
     if not first:
         age += 1
-        if age > s[_GROWN]:
-            age = s[_GROWN] + 1
+        if age > s[_LEARN_AGE]:
+            age = s[_LEARN_AGE] + 1
     s[_AGE] = age
     gain = 0
     if age >= s[_YOUNG]:
@@ -229,6 +242,7 @@ def slow(array):
             gain = fast
         if still == s[_REST] and gain < s[_K_REST]:
             gain = s[_K_REST]
+    now = gain
     k = 9
     while gain >= 32768:
         gain >>= 1
@@ -236,34 +250,29 @@ def slow(array):
     s[_K] = gain
     s[_K_SHIFT] = k
     s[_K_HALF] = 1 << k >> 1
-    if still == s[_REST] or age <= s[_GROWN]:
-        return
 
-    # what has to be corrected again and again is bias: (py, -px, 0) as the sensor sees it
-    y = s[_PY] >> 9
-    x = 0 - (s[_PX] >> 9)
-    if y > 32767:
-        y = 32767
-    elif y < -32767:
-        y = -32767
-    if x > 32767:
-        x = 32767
-    elif x < -32767:
-        x = -32767
-    m = s[_LEARN]
-    k = s[_LEARN_SHIFT]
-    limit = s[_LIMIT_BIAS + learned]
-    i = 0
-    while i < 3:
-        t = r00 * y + r10 * x
-        if i == 1:
-            t = r01 * y + r11 * x
-        elif i == 2:
-            t = r02 * y + r12 * x
-        d = s[_BIAS + i] - s[_HOME_BIAS + i] - ((t + 16384 >> 15) * m >> k)
-        if d > limit:
-            d = limit
-        elif d < 0 - limit:
-            d = 0 - limit
-        s[_BIAS + i] = s[_HOME_BIAS + i] + d
-        i += 1
+    # at rest there is no velocity; one that ends the rest goes on, in the scale of the new gain
+    t = s[_GAIN]
+    s[_GAIN] = now
+    k = -1
+    if still == s[_REST]:
+        if not rested:
+            k = 0
+    elif rested:
+        k = (now << 8) // (t >> 7) if t else 0
+    if forget:
+        k = 0
+    if k >= 0:
+        i = s[_VX]
+        j = s[_VY]
+        s[_VX] = (i >> 15) * k + ((i & 0x7FFF) * k >> 15)
+        s[_VY] = (j >> 15) * k + ((j & 0x7FFF) * k >> 15)
+        k = k * k >> 15
+        i = s[_PX]
+        j = s[_PY]
+        s[_PX] = (i >> 15) * k + ((i & 0x7FFF) * k >> 15)
+        s[_PY] = (j >> 15) * k + ((j & 0x7FFF) * k >> 15)
+        i = _VIEW
+        while i < _VIEW_END:
+            s[i] = 0
+            i += 1

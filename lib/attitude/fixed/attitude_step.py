@@ -10,6 +10,7 @@ import micropython
 from micropython import const
 
 from attitude.fixed.attitude_slow import slow
+from attitude.fixed.attitude_view import view
 
 _GYRO_SHIFT = const(24)  # 0-11 accelerometer Q14, 12-23 gyro to inc: see folding
 _E_SHIFT = const(25)  # counts * 2^13 -> g * 2^24
@@ -33,6 +34,7 @@ _LEFT = const(52)  # samples until the block is full
 _OVER = const(53)  # the gyro was over its range in this block
 _ROLL = const(60)  # roll, pitch, yaw in millidegrees
 _YAW = const(62)
+_VIEW_AT = const(127)
 
 # 39-41 inc of the last sample without bias, 42-44 bias as inc Q8, 45-47 its fraction that waits,
 # 54-59 sums of the block: inc with the bias in it, calibrated accelerometer counts
@@ -212,6 +214,8 @@ def step(self, counts: ptr16):
     s[_LEFT] = t
     if t == 0:
         slow(self._s)
+    if t == s[_VIEW_AT]:  # one sample later, so that the work is spread
+        view(self._s)
 
     # rotation matrix, Q15, its last row in (i, j, k), and how far |q| is off
     wh = (s[_W] + 16384) >> 15

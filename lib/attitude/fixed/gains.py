@@ -6,16 +6,23 @@ _SETTLED = 1e-4  # change of the gain over the last tenth of its life at which t
 
 
 def gain_rows(rate_hz, q_angle, q_bias, r_measure):
-    """([first k0, first k1, rows...], shift0, shift1): straight lines between exact gains.
-
-    A row is (samples, change of k0, change of k1 per sample); a row of 0 samples ends the
-    table. k0 (angle per angle) is times 2^(30 + shift0), k1 (bias in 1/64 angle unit per
-    sample, per angle unit) times 2^(30 + shift1); both stay below 2^30.
+    """The table of an angle and its gyro's bias; see rows(). k1, bias in 1/64 angle unit per
+    sample for an angle unit, is the second gain.
     """
     knots = _knots(1.0 / rate_hz, q_angle, q_bias, r_measure)
+    return rows(knots, 64.0 / rate_hz)
+
+
+def rows(knots, scale1=1.0):
+    """([first k0, first k1, rows...], shift0, shift1): straight lines between exact gains.
+
+    knots: (sample, k0, k1). A row is (samples, change of k0, change of k1 per sample); a row of
+    0 samples ends the table. The gains are times 2^(30 + shift), k1 times scale1 as well; both
+    stay below 2^30.
+    """
     shift0, scale0 = _scaling([k[1] for k in knots])
-    shift1, scale1 = _scaling([k[2] * 64.0 / rate_hz for k in knots])
-    scale1 *= 64.0 / rate_hz
+    shift1, more = _scaling([k[2] * scale1 for k in knots])
+    scale1 *= more
     table = [int(knots[0][1] * scale0), int(knots[0][2] * scale1)]
     k0, k1 = table
     for i in range(1, len(knots)):

@@ -84,6 +84,10 @@ class KalmanTilt2(Fixed):
         s[_K0], s[_K1], s[_LEFT], s[_D0], s[_D1] = s[_TABLE : _TABLE + 5]
         s[_ROW] = _TABLE + 2
 
+    def relevel(self):
+        """Start at the accelerometer's angles of the next sample; the bias stays."""
+        self._s[_STARTED] = 0
+
     @micropython.viper
     def update(self, counts: ptr16):
         """One sample: counts as the sensor gives them, ax ay az temp gx gy gz (int16)."""
