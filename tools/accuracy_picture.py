@@ -33,7 +33,7 @@ def draw(results, paths, data, target):
     left.set_xscale("log")
     left.set_xlabel("tilt error in motion, degrees RMS (logarithmic)")
     left.grid(True, axis="x", which="both", alpha=0.3)
-    left.legend(fontsize=7, loc="upper right")
+    left.legend(fontsize=7, loc="lower right")
     _over_time(right, results, paths, filters)
     figure.tight_layout()
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -56,7 +56,8 @@ def _over_time(axes, results, paths, filters):
     axes.set_ylabel("tilt error, degrees RMS over 1 s")
     axes.set_yscale("log")
     axes.grid(True, alpha=0.3)
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, ncols=4, loc="upper center")
+    axes.margins(y=0.15)
 
 
 def _smooth(error, n):
