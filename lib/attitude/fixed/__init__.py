@@ -5,8 +5,14 @@ A name is loaded from its own file when it is first asked for, as in `attitude`.
 """
 
 _HOME = {
+    "AdaptiveNotch": "biquad",
     "Attitude": "attitude",
+    "Complementary": "complementary",
+    "Kalman1D": "kalman1d",
     "KalmanTilt2": "kalman_tilt2",
+    "LowPass": "biquad",
+    "MovingAverage": "moving_average",
+    "Notch": "biquad",
 }
 
 
