@@ -8,6 +8,8 @@ import re
 
 import pytest
 
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
 from tools.virtual.faults import LostArbitration, SdaHeld, Timeout
 from tools.virtual.pico import PicoError, VirtualPico
 from tools.virtual.rp2040.flash import project_files
@@ -266,6 +268,17 @@ def test_main_py_runs_from_flash_and_flash_survives_reset_and_power_cut():
         board.power_cycle()
         assert board.files()["new.txt"] == b"kept"
         assert set(board.files()) == {*files, "new.txt"}
+
+
+def test_a_power_cut_puts_the_sensor_to_sleep_again():
+    """PWR_MGMT_1 (0x6B) resets to 0x40; the chip answers some milliseconds after power-on."""
+    bus = Bus(MPU6050Chip())
+    with VirtualPico(bus=bus) as board:
+        board.exec("from machine import I2C\ni = I2C(0)\ni.writeto_mem(0x68, 0x6B, b'\\x01')")
+        board.power_cycle()
+        board.run_ms(100)
+        line = "from machine import I2C; print(I2C(0).readfrom_mem(0x68, 0x6B, 1))"
+        assert board.exec(line) == "b'@'\n"
 
 
 def test_every_module_of_the_project_imports_on_the_board(pico):

