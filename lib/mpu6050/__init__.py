@@ -94,7 +94,7 @@ class MPU6050(Registers):
         if self._split:
             if self._busy[0]:
                 self._split.finish()
-            del self.read, self.start, self.collect
+            del self.start, self.collect
         self.bus, self._split, self._busy = i2c, None, b"\0"
         if sys.platform == "rp2" and str(i2c).startswith("I2C("):
             from mpu6050.split_rp2 import Split
@@ -102,7 +102,7 @@ class MPU6050(Registers):
             self._split = split = Split(i2c, self.address, self.counts)
             self._busy = split.busy
             # on the instance, so that no Python method stands in between: 12 us a call
-            self.read, self.start, self.collect = split.read, split.start, split.collect
+            self.start, self.collect = split.start, split.collect
 
     @property
     def split(self):
@@ -113,6 +113,8 @@ class MPU6050(Registers):
 
     def read(self):
         """Fetch one sample into `counts`: one 14-byte burst, one instant. OSError on failure."""
+        if self._busy[0]:
+            self._split.finish()
         self.bus.readfrom_mem_into(self.address, _ACCEL_XOUT_H, self._burst)
         _swap(self._burst, self.counts)
 
@@ -123,6 +125,11 @@ class MPU6050(Registers):
         """True when the burst has arrived in `counts`, False while the bus works; OSError."""
         self.read()
         return True
+
+    def finish(self):
+        """Wait for a burst under way, still to be collected: then others may use the bus."""
+        if self._busy[0]:
+            self._split.finish()
 
     def plausible(self):
         """False when the last burst is a fill pattern: a chip asleep (0), a dead line (0xFF)...
@@ -208,12 +215,10 @@ class MPU6050(Registers):
 
     def load(self, register, buffer):
         """Fill the buffer from consecutive registers. OSError when the bus fails."""
-        if self._busy[0]:
-            self._split.finish()
+        self.finish()
         self.bus.readfrom_mem_into(self.address, register, buffer)
 
     def store(self, register, value):
         """Write one register, unverified; settings go through set_bits(). OSError."""
-        if self._busy[0]:
-            self._split.finish()
+        self.finish()
         super().store(register, value)

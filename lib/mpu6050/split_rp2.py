@@ -4,8 +4,9 @@
 A block's FIFOs hold 16 entries: register number and 14 read commands are 15, the answer is 14
 bytes. So `start()` queues all of it and the processor is free while the bus works. machine.I2C
 has set up pins and speed; each of its calls disables the block first, so it must not be used
-while a burst runs: the driver's own calls wait for it (`finish`), also between two sensors on one
-bus; a foreign one breaks the burst, which collect() reports as ETIMEDOUT.
+while a burst runs: the driver's own calls wait for it, also those of two sensors on one bus, and
+other users call `imu.finish()` first. One who does not breaks the burst: collect() reports
+ETIMEDOUT.
 Registers: RP2040 datasheet section 4.3.17, the same block (DW_apb_i2c) in the RP2350's 12.2.17.
 """
 
@@ -121,30 +122,6 @@ class Split:
             i += 2
         shared[_BUSY] = 0
         return True
-
-    @micropython.viper
-    def read(self):
-        """A fresh burst, waited for; 50 us less than machine.I2C takes. OSError as collect().
-
-        A burst that start() began before is finished first and stays to be collected.
-        """
-        own = ptr32(self._own)
-        shared = ptr32(self.busy)
-        if shared[_BUSY]:
-            self.finish()
-        left = own[_LEFT]
-        self.start()
-        bus = ptr32(shared[_BLOCK])
-        timer = ptr32(shared[_TIMER])
-        limit = shared[_LIMIT_US]
-        arrived = False
-        while not arrived:
-            # a bus no longer active has delivered, or lost the burst: collect() tells
-            while bus[_IC_RXFLR] != 14 and bus[_IC_STATUS] & 0x20:
-                if ((timer[0] & _WRAP) - shared[_STARTED_US]) & _WRAP > limit:
-                    break
-            arrived = bool(self.collect())
-        own[_LEFT] = left
 
     def finish(self):
         """Wait for the burst under way, whoever's it is, and keep it for that one's collect()."""
