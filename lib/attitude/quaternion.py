@@ -59,6 +59,10 @@ def without_yaw(q):
 class Orientation:
     """Angles of whatever has a quaternion()."""
 
+    def quaternion(self):
+        """(w, x, y, z), sensor to earth: the subclass knows."""
+        raise NotImplementedError
+
     def gravity(self):
         """Unit vector in sensor axes that points up: what it would read at rest, in g."""
         return rotate_back(self.quaternion(), 0.0, 0.0, 1.0)
