@@ -3,14 +3,15 @@
 
 x: place of the axle (m, forward), p: lean (rad, forward positive), T: torque of both motors.
 
-    (M + m) x'' + m l cos(p) p'' - m l sin(p) p'^2 = T / r
-    m l cos(p) x'' + (I + m l^2) p'' - m g l sin(p) = -T + push
+    (M + m + J/r^2) x'' + (m l cos(p) - J/r) p'' - m l sin(p) p'^2 = T / r
+    (m l cos(p) - J/r) x'' + (I + m l^2 + J) p'' - m g l sin(p) = -T
     T = 2 (Ts u - Ts / w0 (x'/r - p')) less dry friction,   u: voltage applied / supply, -1..1
 
-M: wheels with their inertia, m: body. Body 1.1 kg with its centre 8 cm above the axle (battery on
-top), wheels of 80 mm and 30 g, motors of the 37 mm class with 30:1 gears at 12 V: stall torque
-1.4 N m, no-load 330 turns a minute, dry friction 0.03 N m each. Equations: R. Findeisen's and many
-others' two-wheeled pendulum, from Lagrange; checked by energy in the tests.
+M: wheels with their inertia, m: body, J: both rotors as felt behind their gears. Body 1.1 kg with
+its centre 8 cm above the axle (battery on top), wheels of 80 mm and 30 g, motors of the 37 mm
+class with 30:1 gears at 12 V: stall torque 1.4 N m, no-load 330 turns a minute, rotor 0.8 g m^2
+behind the gears, dry friction 0.03 N m each. Equations by Lagrange's method; the tests check them
+by energy.
 The sensor sits on the body `height_m` above the axle and feels what accelerates it there.
 """
 
@@ -34,6 +35,7 @@ class Robot:
     STALL_NM = 1.4
     NO_LOAD = 330 * 2 * math.pi / 60
     DRY_NM = 0.03
+    ROTORS = 2 * 0.8e-3
 
     def __init__(self, lean_deg=0.0):
         self.x = self.v = self.q = 0.0
@@ -49,20 +51,23 @@ class Robot:
             return torque - math.copysign(dry, slip)
         return torque - math.copysign(min(dry, abs(torque)), torque)
 
-    def accelerations(self, torque, push_nm):
-        """(x'', p'') from the two equations."""
+    def accelerations(self, torque, forced=None):
+        """(x'', p'') from the two equations; a hand that leads p leaves only the first."""
         m, length = self.BODY_KG, self.LENGTH_M
         c, s = math.cos(self.p), math.sin(self.p)
-        a11, a12 = self.WHEELS_KG + m, m * length * c
-        a22 = self.INERTIA + m * length * length
-        b1 = torque / self.WHEEL_M + m * length * s * self.q * self.q
-        b2 = -torque + push_nm + m * _G * length * s
+        rotors, r = self.ROTORS, self.WHEEL_M
+        a11, a12 = self.WHEELS_KG + m + rotors / r**2, m * length * c - rotors / r
+        a22 = self.INERTIA + m * length * length + rotors
+        b1 = torque / r + m * length * s * self.q * self.q
+        if forced is not None:
+            return (b1 - a12 * forced) / a11, forced
+        b2 = -torque + m * _G * length * s
         det = a11 * a22 - a12 * a12
         return (b1 * a22 - a12 * b2) / det, (a11 * b2 - a12 * b1) / det
 
-    def step(self, drive, push_nm, dt_s):
+    def step(self, drive, dt_s, forced=None):
         """Symplectic Euler, as short as the plant's step."""
-        self.x_acc, self.p_acc = self.accelerations(self.torque(drive), push_nm)
+        self.x_acc, self.p_acc = self.accelerations(self.torque(drive), forced)
         self.v += self.x_acc * dt_s
         self.q += self.p_acc * dt_s
         self.x += self.v * dt_s
@@ -72,18 +77,20 @@ class Robot:
 class Balance(Plant):
     """The robot on four PWM pins (left forward, left back, right forward, right back).
 
-    It is held upright until hold_s; push: (time s, torque N m, length s) from outside.
+    It is held upright until hold_s. push (time s, angle deg, length s): a hand then tilts it by
+    this angle within this time, whatever the motors do, and lets go.
     """
 
     columns = ("x_m", "speed_m_s", "lean_deg", "drive")
 
-    def __init__(self, port, pins, hold_s=1.8, push=(8.0, 2.1, 0.06), height_m=0.05):
+    def __init__(self, port, pins, hold_s=1.8, push=(8.0, 10.0, 0.06), height_m=0.05):
         super().__init__()
         self.robot = Robot()
         self._pulses = [Pulses(port, pin) for pin in pins]
         self._hold = hold_s
         self._push = push
         self._height = height_m
+        self._lean_before = 0.0
 
     @property
     def fallen(self):
@@ -94,15 +101,27 @@ class Balance(Plant):
         robot = self.robot
         left, left_back, right, right_back = (p.duty(t_s) for p in self._pulses)
         drive = (left - left_back + right - right_back) / 2
-        at, torque, length = self._push
         if t_s < self._hold:
             drive = 0.0
         elif self.fallen:
             robot.v = robot.q = robot.x_acc = robot.p_acc = 0.0
         else:
-            robot.step(drive, torque if at <= t_s < at + length else 0.0, dt_s)
+            robot.step(drive, dt_s, self._hand(t_s))
         self._feel()
         return robot.x, robot.v, robot.p / _DEG, drive
+
+    def _hand(self, t_s):
+        """The lean's acceleration that a hand enforces now, rad/s^2, or None: bang, bang."""
+        at, angle_deg, length = self._push
+        since = t_s - at
+        if not 0 <= since < length:
+            return None
+        size = 4 * (angle_deg * _DEG - self._lean_before) / length**2
+        if since < self.STEP_S:
+            self._lean_before = self.robot.p
+            size = 4 * (angle_deg * _DEG - self.robot.p) / length**2
+            self.robot.q = 0.0
+        return size if since < length / 2 else -size
 
     def _feel(self):
         robot, h = self.robot, self._height
