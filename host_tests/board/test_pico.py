@@ -270,6 +270,20 @@ def test_main_py_runs_from_flash_and_flash_survives_reset_and_power_cut():
         assert set(board.files()) == {*files, "new.txt"}
 
 
+@pytest.mark.parametrize(
+    ("line", "cause"),
+    [("machine.reset()", "WDT_RESET"), ("machine.WDT(timeout=100); time.sleep(1)", "WDT_RESET")],
+)
+def test_a_restart_by_the_program_or_the_watchdog_is_noticed(line, cause):
+    with VirtualPico() as board:
+        with pytest.raises(PicoError, match="restarted"):
+            board.exec("import machine, time; " + line)
+        board.wait_prompt()
+        line = f"import machine; print(machine.reset_cause() == machine.{cause})"
+        assert board.exec(line) == "True\n"
+        assert board.restarts == 1
+
+
 def test_a_power_cut_puts_the_sensor_to_sleep_again():
     """PWR_MGMT_1 (0x6B) resets to 0x40; the chip answers some milliseconds after power-on."""
     bus = Bus(MPU6050Chip())

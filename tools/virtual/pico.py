@@ -9,10 +9,6 @@ times slower than on the chip; time that the firmware sleeps through costs next 
 `python -m tools.virtual.pico` serves a board to the real mpremote.
 """
 
-import subprocess
-import sys
-import time
-
 from rp2040py.boards import BoardSpec
 from rp2040py.device.base_device import BaseDevice, ResetCause
 from rp2040py.execute_batch import execute_batch
@@ -53,6 +49,7 @@ class VirtualPico:
             on_flash = {**flash.project_files(main), **on_flash}
         self.bus = bus
         self.output = bytearray()  # what the board printed and nobody has taken
+        self.restarts = 0  # resets by pin, power, watchdog or machine.reset()
         self._raw = False
         self._device = BaseDevice(board=BoardSpec(image=image or firmware.rp2040_image()))
         self._simulator = self._device.simulator
@@ -62,6 +59,7 @@ class VirtualPico:
         self._console = self._device.cdc = Console(self._mcu.usb_ctrl)
         self._console.on_serial_data = self._on_output
         self._console.on_device_connected = lambda: self._console.send(b"\r\n")
+        self._console.on_restart = self._restarted
         self._until = None
         self._alarm = self._simulator.clock.create_alarm(self._pause)
         self._wire(bus, sda, scl, int_pin)
@@ -114,6 +112,11 @@ class VirtualPico:
     def _pause(self):
         self._simulator.stopped = True
 
+    def _restarted(self):
+        self.restarts += 1
+        self._raw = False
+        self._pause()
+
     def _on_output(self, data):
         self.output += data
         if self._until is not None and self._until():
@@ -124,12 +127,12 @@ class VirtualPico:
     def boot(self, timeout_s=BOOT_S):
         """Switch on and wait for the REPL's prompt (so for the end of main.py)."""
         self._mcu.core.pc = FLASH_START_ADDRESS
-        self._await_prompt(timeout_s)
+        self.wait_prompt(timeout_s)
 
     def reset(self, timeout_s=BOOT_S):
         """Press RESET: RAM and peripherals start anew, flash stays; main.py runs again."""
         self._device.hard_reset(cause=ResetCause.RUN_PIN)
-        self._await_prompt(timeout_s)
+        self.wait_prompt(timeout_s)
 
     def power_cycle(self, timeout_s=BOOT_S):
         """Cut the power of board and sensor, and switch it on again.
@@ -140,9 +143,10 @@ class VirtualPico:
             device.power_off()
             device.power_on()
         self._device.hard_reset(cause=ResetCause.POWER_ON)
-        self._await_prompt(timeout_s)
+        self.wait_prompt(timeout_s)
 
-    def _await_prompt(self, timeout_s):
+    def wait_prompt(self, timeout_s=BOOT_S):
+        """Wait for the REPL's prompt, after a restart that the board made by itself."""
         self.output.clear()
         self._raw = False
         if not self._run(lambda: self.output.endswith(PROMPT), timeout_s):
@@ -176,9 +180,12 @@ class VirtualPico:
 
     def _expect(self, mark, timeout_s):
         """Output up to `mark`, which is dropped with it."""
-        if not self._run(lambda: mark in self.output, timeout_s):
+        restarts = self.restarts
+        if not self._run(lambda: mark in self.output or self.restarts > restarts, timeout_s):
             self._raw = False
             raise PicoError(f"no answer within {timeout_s} s; printed: {_text(self.output)}")
+        if self.restarts > restarts:
+            raise PicoError("the board restarted; wait_prompt() waits until it is up again")
         before, _, after = bytes(self.output).partition(mark)
         self.output[:] = after
         return before
@@ -187,7 +194,7 @@ class VirtualPico:
         """Back to the friendly REPL, as a person at a terminal sees it."""
         if self._raw:
             self._console.send(CTRL_B)
-            self._await_prompt(BOOT_S)
+            self.wait_prompt(BOOT_S)
 
     # other programs
 
@@ -202,20 +209,10 @@ class VirtualPico:
         `timeout_s` is real time. Raises PicoError with its words when it fails.
         """
         with self.terminal() as port:
-            command = [sys.executable, "-m", "mpremote", "connect", port.path, *arguments]
-            pipe = subprocess.PIPE
-            process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=subprocess.STDOUT
-            )
-            end = time.monotonic() + timeout_s
-            while process.poll() is None and time.monotonic() < end:
-                port.serve_ms(10)
-            if process.poll() is None:
-                process.kill()
-            printed = process.communicate()[0].decode(errors="replace")
-        if process.returncode:
-            raise PicoError(f"mpremote {' '.join(arguments)}: {printed}")
-        return printed.replace("\r\n", "\n")
+            code, printed = port.mpremote(arguments, timeout_s)
+        if code:
+            raise PicoError(f"mpremote {' '.join(arguments)}: {_text(printed)}")
+        return _text(printed)
 
 
 def _text(data):

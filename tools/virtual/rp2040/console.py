@@ -18,6 +18,7 @@ class Console(USBCDC):
         super().__init__(usb)
         self._outbox = bytearray()
         self._wanted = 0  # bytes that the board's endpoint has room for
+        self.on_restart = lambda: None  # called when the board drops off the bus
         self._other_endpoints = usb.on_endpoint_read
         usb.on_endpoint_read = self._on_endpoint_read
 
@@ -49,3 +50,4 @@ class Console(USBCDC):
         super()._on_controller_reset()
         self._wanted = 0
         self._outbox = bytearray()
+        self.on_restart()

@@ -3,6 +3,9 @@
 
 import os
 import select
+import subprocess
+import sys
+import time
 import tty
 
 
@@ -43,6 +46,22 @@ class Terminal:
             moved |= self._flush()
             if not moved and self._console.idle:
                 select.select([self._master], [], [], 0.0005)
+
+    def mpremote(self, arguments, timeout_s):
+        """Run the real mpremote on this terminal: its exit code and what it printed (bytes).
+
+        After `timeout_s` of real time it is killed.
+        """
+        command = [sys.executable, "-m", "mpremote", "connect", self.path, *arguments]
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+        end = time.monotonic() + timeout_s
+        while process.poll() is None and time.monotonic() < end:
+            self.serve_ms(10)
+        process.kill()
+        printed = process.communicate()[0]
+        return process.returncode, printed
 
     def _from_client(self):
         try:
