@@ -32,6 +32,7 @@ _PWR_MGMT_1 = const(0x6B)  # DEVICE_RESET [7], SLEEP [6], CYCLE [5], TEMP_DIS [3
 _PWR_MGMT_2 = const(0x6C)  # LP_WAKE_CTRL [7:6], standby of each axis [5:0]
 
 _PLL_GYRO_X = const(0x01)  # CLKSEL: RM p. 41 recommends a gyro's clock over the internal one
+_IDLE = array("i", (0,))  # stands for a Split's words where there is none
 _GYRO_START_MS = const(35)  # PS p. 12: 30 ms from sleep to within 1 % of the final value
 
 
@@ -66,7 +67,7 @@ class MPU6050(Registers):
         super().__init__(i2c, address)
         self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
         self._burst = bytearray(14)
-        self._split = None
+        self._split, self._busy = None, _IDLE
         self.use_bus(i2c)
         self.who_am_i, self.profile = identify(self, allow_unknown)
         # (register, value, mask) row after row; waking comes first, or nothing else works
@@ -95,7 +96,7 @@ class MPU6050(Registers):
             if self._busy[0]:
                 self._split.finish()
             del self.start, self.collect
-        self.bus, self._split, self._busy = i2c, None, b"\0"
+        self.bus, self._split, self._busy = i2c, None, _IDLE
         if sys.platform == "rp2" and str(i2c).startswith("I2C("):
             from mpu6050.split_rp2 import Split
 
@@ -108,8 +109,6 @@ class MPU6050(Registers):
     def split(self):
         """Whether start() runs the burst in the background, so that collecting it costs less."""
         return self._split is not None
-
-    # ---- samples
 
     def read(self):
         """Fetch one sample into `counts`: one 14-byte burst, one instant. OSError on failure."""
@@ -155,8 +154,6 @@ class MPU6050(Registers):
     def temp_c(self):
         """Temperature of the chip in degrees Celsius of the last sample."""
         return self.counts[3] / self.profile.temp_lsb_per_c + self.profile.temp_offset_c
-
-    # ---- configuration
 
     def reset(self):
         """Reset the chip by the sequence of RM p. 41; it sleeps then, until configure()."""
@@ -210,8 +207,6 @@ class MPU6050(Registers):
         from mpu6050.motion import cycle
 
         cycle(self, hz)
-
-    # ---- bus
 
     def load(self, register, buffer):
         """Fill the buffer from consecutive registers. OSError when the bus fails."""
