@@ -135,10 +135,7 @@ class VirtualPico:
         self.wait_prompt(timeout_s)
 
     def power_cycle(self, timeout_s=BOOT_S):
-        """Cut the power of board and sensor, and switch it on again.
-
-        Flash stays as it was at that instant.
-        """
+        """Cut the power of board and sensor, and switch it on again; flash stays as it was."""
         for device in self.bus.devices if self.bus else ():
             device.power_off()
             device.power_on()
@@ -204,10 +201,7 @@ class VirtualPico:
         return Terminal(self._console, self._run)
 
     def mpremote(self, *arguments, timeout_s=120):
-        """Run the real mpremote on this board; what it printed.
-
-        `timeout_s` is real time. Raises PicoError with its words when it fails.
-        """
+        """Run the real mpremote on this board (for `timeout_s` of real time): what it printed."""
         with self.terminal() as port:
             code, printed = port.mpremote(arguments, timeout_s)
         if code:
