@@ -3,12 +3,11 @@
 
 import os
 import shutil
-import tarfile
 import tempfile
 from pathlib import Path
 
 from tools.virtual.images.packages import download_sources
-from tools.virtual.images.workshop import FirmwareError, cache_dir, run, say
+from tools.virtual.images.workshop import FirmwareError, cache_dir, run
 
 VERSION = "1.25.0"
 JOBS = str(os.cpu_count() or 1)
@@ -22,7 +21,7 @@ def source_tree():
     tree = cache_dir() / f"source-{VERSION}"
     if not tree.exists():
         with tempfile.TemporaryDirectory(dir=cache_dir()) as scratch:
-            made = Path(scratch) / "tree"
+            made = Path(scratch) / "micropython"
             _make(Path(scratch), made)
             os.replace(made, tree)
     if not (tree / "mpy-cross" / "build" / "mpy-cross").exists():
@@ -33,7 +32,6 @@ def source_tree():
 def _make(scratch, tree):
     downloads = scratch / "downloads"
     download_sources(downloads)
-    say("unpacking")
     _unpack(_one(downloads, f"micropython_{VERSION}*.orig.tar.*"), tree)
     _unpack(_one(downloads, "mbedtls_3.*.orig.tar.*"), tree / "lib" / "mbedtls")
     for package, name in PACKAGED.items():
@@ -46,7 +44,7 @@ def _make(scratch, tree):
 
 
 def _one(folder, pattern):
-    found = sorted(folder.glob(pattern))
+    found = [path for path in sorted(folder.glob(pattern)) if path.suffix != ".asc"]
     if len(found) != 1:
         names = ", ".join(path.name for path in sorted(folder.iterdir()))
         raise FirmwareError(f"expected one file {pattern} from the mirror, got: {names}")
@@ -56,12 +54,5 @@ def _one(folder, pattern):
 def _unpack(archive, target):
     """Unpack without the archive's first folder."""
     target.mkdir(parents=True, exist_ok=True)
-    with tarfile.open(archive) as tar:
-        members = []
-        for member in tar.getmembers():
-            _, _, member.name = member.name.partition("/")
-            if member.islnk():
-                _, _, member.linkname = member.linkname.partition("/")
-            if member.name:
-                members.append(member)
-        tar.extractall(target, members, filter="tar")
+    step = f"unpacking {target.name}"
+    run(step, "tar", "-xf", archive, "-C", target, "--strip-components=1", "--no-same-owner")
