@@ -6,15 +6,20 @@ take update(counts) at a fixed period; the float ones are wrapped here (FromCoun
 as well, and the measured time: update(counts, dt_us).
 """
 
+_ATTITUDE = {
+    "attitude_tau_s": "tau_s",
+    "attitude_rest_tau_s": "rest_tau_s",
+    "attitude_bias_tau_s": "bias_tau_s",
+}
 # knob filter: {knob: the filter's own name of the setting}
 SETTINGS = {
-    "attitude": {"attitude_tau_s": "tau_s"},
+    "attitude": _ATTITUDE,
     "kalman2": {
         "kalman_q_angle": "q_angle",
         "kalman_q_bias": "q_bias",
         "kalman_r_measure": "r_measure",
     },
-    "float.attitude": {"attitude_tau_s": "tau_s"},
+    "float.attitude": _ATTITUDE,
     "float.kalman": {
         "kalman_q_angle": "q_angle",
         "kalman_q_bias": "q_bias",
@@ -23,11 +28,29 @@ SETTINGS = {
     "float.complementary": {"complementary_tau_s": "tau_s"},
 }
 
+# dlpf_hz: the gyro's delay in seconds (PS-MPU-6000A, table of DLPF_CFG)
+_DELAY_S = {
+    260: 0.00098,
+    184: 0.0019,
+    94: 0.0028,
+    44: 0.0048,
+    21: 0.0083,
+    10: 0.0134,
+    5: 0.0186,
+}
+
+
+def lag_s(config):
+    """Age of what a burst says when it is read, seconds: filter delay and half a sample."""
+    return _DELAY_S[config.dlpf_hz] + 0.5 / config.sensor_hz
+
 
 def make(config, calibration, imu):
     """The filter that `config` asks for, calibrated, in its start state."""
     name = config.filter
     settings = {own: getattr(config, knob) for knob, own in SETTINGS[name].items()}
+    if name.endswith("attitude"):
+        settings["lag_s"] = lag_s(config)
     if name in ("attitude", "kalman2"):
         from attitude import fixed
 
@@ -77,6 +100,11 @@ class FromCounts:
             (counts[0] / g, counts[1] / g, counts[2] / g),
             (counts[4] / dps, counts[5] / dps, counts[6] / dps),
         )
+
+
+    def relevel(self):
+        """The next sample starts anew: nobody knows what came before it."""
+        self.reset()
 
 
 class FloatAttitude(FromCounts):

@@ -278,3 +278,32 @@ def test_a_calibration_is_stored_and_checked(port, tmp_path):
     read, warnings = startup.load_calibration()
     assert read.gyro_bias_dps == (0.0, 0.0, 0.0)
     assert any("gyro_bias_dps" in w for w in warnings)
+
+
+def test_the_filters_knobs_begin_at_the_filters_own_defaults(port):
+    import inspect
+
+    import attitude
+    from attitude import fixed
+    from attitude.fixed import attitude_setup
+    from attitude.gyro_bias import GyroBias
+
+    from firmware.config import Config
+    from firmware.filters import SETTINGS, lag_s
+
+    config = Config()
+    kinds = {
+        "attitude": (attitude_setup.set_up,),
+        "kalman2": (fixed.KalmanTilt2,),
+        "float.attitude": (attitude.Attitude, GyroBias),
+        "float.kalman": (attitude.KalmanTilt,),
+    }
+    for name, functions in kinds.items():
+        defaults = {}
+        for function in functions:
+            defaults.update(
+                (p.name, p.default) for p in inspect.signature(function).parameters.values()
+            )
+        for knob, own in SETTINGS[name].items():
+            assert getattr(config, knob) == defaults[own], (name, knob)
+    assert lag_s(config) == pytest.approx(0.0053)  # 4.8 ms at 44 Hz and half a sample of 1 kHz

@@ -229,7 +229,7 @@ def emulated(path, seconds):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--motion", type=Path, default=MOTION, help=".npz or .csv to be replayed")
-    parser.add_argument("--seconds", type=float, default=40.0, help="of the recording")
+    parser.add_argument("--seconds", type=float, default=30.0, help="of the recording")
     parser.add_argument("--port", choices=("rp2", "esp32"), default="rp2", help="personality")
     parser.add_argument("--board", choices=("virtual", "emulated"), default="virtual")
     parser.add_argument("--out", type=Path, default=Path("out/demo.png"), help="the picture")
