@@ -109,7 +109,8 @@ def available(names=None):
     if unknown:
         raise SystemExit(f"no filter {', '.join(unknown)}; there are {', '.join(FILTERS)}")
     installed = importlib.util.find_spec("vqf") is not None
-    return [n for n in FILTERS if (not names or n in names) and (n != "vqf" or installed)]
+    able = [name for name in FILTERS if installed or not name.startswith("vqf")]
+    return [name for name in able if not names or name in names]
 
 
 def main(argv=None):
