@@ -25,7 +25,7 @@ _STATE_END = const(105)
 _REST = const(113)
 _SIZE = const(128)
 # what a gap leaves: the quaternion, the bias, the bias as seen at rest, and what is known of it
-_KEPT = ((34, 38), (42, 45), (69, 75), (81, 84))
+_KEPT = ((34, 38), (42, 45), (69, 75), (81, 84), (85, 86))
 
 
 class Attitude(Fixed):

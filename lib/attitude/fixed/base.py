@@ -10,6 +10,7 @@ from attitude.fixed.folding import (
     ACCEL_LSB_PER_G,
     GYRO_LSB_PER_DPS,
     Ideal,
+    check_rate,
     fold_accel,
     fold_gyro,
     lsb,
@@ -44,8 +45,7 @@ class Fixed:
     yaw_mdeg = 0  # of filters that know roll and pitch only
 
     def __init__(self, rate_hz, gyro_dps, accel_g, size):
-        if not 10 <= rate_hz <= 2000:
-            raise ValueError("rate_hz %s: must be 10 to 2000" % rate_hz)
+        check_rate(rate_hz)
         self.rate_hz = rate_hz
         self._gyro_lsb = lsb(GYRO_LSB_PER_DPS, gyro_dps, "gyro_dps")
         self._accel_lsb = lsb(ACCEL_LSB_PER_G, accel_g, "accel_g")

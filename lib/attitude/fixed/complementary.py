@@ -6,6 +6,8 @@ from array import array
 import micropython
 from micropython import const
 
+from attitude.fixed.folding import check_rate
+
 _ANGLE = const(0)  # 1/2048 millidegree: 180 degrees are 2^28.5
 _GAIN = const(1)  # 1 - alpha, Q15
 _DT = const(2)  # mdeg/s to 1/2048 millidegree per sample, times 2^SHIFT, 15 bits
@@ -20,12 +22,11 @@ class Complementary:
     """
 
     def __init__(self, alpha=0.98, tau_s=None, rate_hz=250):
+        check_rate(rate_hz)
         if tau_s is not None:
             alpha = tau_s / (tau_s + 1.0 / rate_hz)
         if not 0.0 <= alpha <= 1.0:
             raise ValueError("alpha %s: must be within 0 and 1" % alpha)
-        if not 10 <= rate_hz <= 2000:
-            raise ValueError("rate_hz %s: must be 10 to 2000" % rate_hz)
         dt = 2048.0 / rate_hz
         shift = 0
         while dt * (2 << shift) < 32768.0:

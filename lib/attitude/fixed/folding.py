@@ -30,6 +30,12 @@ def lsb(table, full_scale, name):
     return table[full_scale]
 
 
+def check_rate(rate_hz):
+    """ValueError for a rate that the fixed-point formats do not hold."""
+    if not 10 <= rate_hz <= 2000:
+        raise ValueError("rate_hz %s: must be 10 to 2000" % rate_hz)
+
+
 def largest_sum(matrix, row, offset):
     """Largest magnitude that a row can give, in the unit of the counts."""
     return 32768.0 * sum([abs(c) for c in matrix[3 * row : 3 * row + 3]]) + abs(offset)

@@ -125,7 +125,7 @@ def mul_q15(a: int, b: int) -> int:
 
 @micropython.viper
 def mul_q30(a: int, b: int) -> int:
-    """a b / 2^30 for |a|, |b| up to 2^30; rounded down from at most one unit below.
+    """a b / 2^30 rounded down, or up to two units below that; |a|, |b| up to 2^30.
 
     The product of the two low halves, less than one unit, is left out.
     """

@@ -5,6 +5,7 @@ import micropython
 from micropython import const
 
 from attitude.fixed.base import Fixed
+from attitude.fixed.folding import check_rate
 from attitude.fixed.gains import gain_rows
 
 # Places in the working array; 0 to 11 are the accelerometer's coefficients, 12 to 19 the gyro's
@@ -63,6 +64,7 @@ class KalmanTilt2(Fixed):
         r_measure=0.03,
         trust_g=None,
     ):
+        check_rate(rate_hz)
         rows, shift0, shift1 = gain_rows(rate_hz, q_angle, q_bias, r_measure)
         super().__init__(rate_hz, gyro_dps, accel_g, _TABLE + len(rows))
         s = self._s

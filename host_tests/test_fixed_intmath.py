@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Integer mathematics against the real one, on grids and at random, with the stated errors."""
+
+import math
+import random
+
+import pytest
+from attitude.fixed import intmath
+
+
+def wrapped(mdeg):
+    return (mdeg + 180000) % 360000 - 180000
+
+
+def vectors(largest, n=4000):
+    rng = random.Random(largest)
+    for _ in range(n):
+        yield rng.randint(-largest, largest), rng.randint(-largest, largest)
+
+
+@pytest.mark.parametrize("largest", [3, 60, 4096, 65000])
+def test_atan2_stays_within_its_bound(largest):
+    for y, x in vectors(largest):
+        if x or y:
+            error = wrapped(intmath.atan2_mdeg(y, x) - 1000 * math.degrees(math.atan2(y, x)))
+            assert abs(error) < 2.5, (y, x)
+
+
+def test_atan2_at_the_axes_and_the_diagonals_is_exact():
+    for size in (1, 2, 77, 16384, 65000):
+        for quarter, (y, x) in enumerate([(0, 1), (1, 1), (1, 0), (1, -1), (0, -1)]):
+            assert abs(intmath.atan2_mdeg(y * size, x * size) - 45000 * quarter) <= 1
+            assert abs(intmath.atan2_mdeg(-y * size, x * size)) == abs(
+                intmath.atan2_mdeg(y * size, x * size)
+            )
+    assert intmath.atan2_mdeg(0, 0) == 0
+
+
+@pytest.mark.parametrize("largest", [3, 60, 4096, 65000])
+def test_hypot_stays_within_its_bound(largest):
+    for y, x in vectors(largest):
+        true = math.hypot(x, y)
+        assert abs(intmath.hypot(x, y) - true) <= 1 + 4e-5 * true, (y, x)
+    assert intmath.hypot(0, 0) == 0
+
+
+def test_isqrt_is_exact():
+    rng = random.Random(1)
+    roots = [rng.randrange(46341) for _ in range(500)]
+    numbers = [*range(300), 2**31 - 1, 2**30, 2**30 - 1]
+    for root in roots:
+        numbers += [root * root, max(0, root * root - 1), root * root + 2 * root]
+    for n in numbers:
+        if n < 2**31:
+            assert intmath.isqrt(n) == math.isqrt(n)
+    assert intmath.isqrt(-5) == 0
+
+
+def test_sine_and_cosine_stay_within_their_bound():
+    for mdeg in [*range(-400000, 400000, 373), 90000, -90000, 180000, 359999, 10**9]:
+        radians = math.radians(mdeg / 1000)
+        assert abs(intmath.sin_q15(mdeg) - 32768 * math.sin(radians)) < 2.0, mdeg
+        assert abs(intmath.cos_q15(mdeg) - 32768 * math.cos(radians)) < 2.0, mdeg
+
+
+def test_long_products():
+    rng = random.Random(2)
+    for _ in range(3000):
+        a, b = rng.randint(-(2**30), 2**30), rng.randint(-(2**15), 2**15)
+        assert intmath.mul_q15(a, b) == a * b >> 15
+        b = rng.randint(-(2**30), 2**30)
+        assert 0 <= (a * b >> 30) - intmath.mul_q30(a, b) <= 2
