@@ -13,13 +13,15 @@ import gc
 import time
 
 from micropython import const
+from mpu6050.calibration import ZERO
 
 from firmware import filters
 from firmware.board import find
+from firmware.bridge import Bridge
 from firmware.config import Config
 from firmware.console import Console
 from firmware.filters import FromCounts
-from firmware.health import Health
+from firmware.health import CLOCK, Health
 from firmware.loop import Loop
 from firmware.outputs import Outputs
 from firmware.sensing import Sensing
@@ -27,8 +29,8 @@ from firmware.startup import calibration, sensor
 from firmware.telemetry import Telemetry
 
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
-_CORRECT_EVERY = const(256)  # ticks between two looks at the mean period
-_MISSED_MAX = const(8)  # lost periods made up for; after more the accelerometer has to
+_CORRECT_TIMER = const(256)  # ticks between two looks at the mean period
+_CORRECT_EDGES = const(32)  # the same when the sensor's clock sets the pace
 
 # Knobs of the sensor and the loop: both are made anew when one changes.
 _SET_UP = ("rate_hz", "drive", "burst", "address", "gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
@@ -55,35 +57,53 @@ class App:
 
     def step(self, dt_us):
         """One tick, dt_us after the last: sensor, filter with calibration, outputs, telemetry."""
-        self.fresh = self.sensing.fetch(dt_us)
-        stale = self.health.stale
-        if not stale:
+        fresh = self.fresh = self.sensing.fetch(dt_us)
+        health = self.health
+        if fresh:
+            gap_us = health.gap_us or dt_us
+            if gap_us > self._late_us:
+                if self.sensing.another:
+                    self._other_part()
+                self.bridge.close(self.imu.counts, gap_us)
+                health.gap_us = 0
+                dt_us = self._period_us
             self._estimate(dt_us)
+        else:
+            self.bridge.predict(self.imu.counts, dt_us, health.age_us)
+        stale = health.stale
         self.outputs.write(self, stale)
         filter = self.filter
         self.telemetry.tick(filter.roll_mdeg, filter.pitch_mdeg, filter.yaw_mdeg, stale)
 
     def _estimate(self, dt_us):
-        """Let the filter take the burst; one kept from before predicts with its rate."""
-        filter = self.filter
-        counts = self.imu.counts
-        if isinstance(filter, FromCounts):
-            filter.update(counts, dt_us)
+        """Let the filter take the burst."""
+        if self._timed:
+            self.filter.update(self.imu.counts, dt_us)
             return
-        filter.update(counts)
-        period_us = self._period_us
-        late_us = dt_us - period_us - (period_us >> 1)
-        missed = 0
-        while late_us >= 0 and missed < _MISSED_MAX:  # lost periods turned at about this rate
-            filter.update(counts)
-            late_us -= period_us
-            missed += 1
+        self.filter.update(self.imu.counts)
         self._until_correction -= 1
         if not self._until_correction:
-            self._until_correction = _CORRECT_EVERY
-            mean = self.loop.mean_period_us()
-            if mean and abs(mean - period_us) > 1:
-                self._period_us = filter.period_us = mean
+            self._correct_period()
+
+    def _correct_period(self):
+        """Let the filter's period follow the measured one: the sensor's clock is no crystal."""
+        self._until_correction = self._correct_every
+        mean = self.loop.recent_period_us()
+        if not mean or abs(mean - self._period_us) <= 1:
+            return
+        nominal = self.loop.period_us
+        off = abs(mean - nominal) * 200 > 3 * nominal
+        if off and not self._clock_off:
+            self.health.count(CLOCK)
+        self._clock_off = off
+        self._period_us = self.filter.period_us = self.bridge.period_us = mean
+
+    def _other_part(self):
+        """Another part was plugged in: nothing of the old one's calibration but the mounting."""
+        self.sensing.another = False
+        self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
+        self.calibration = self.calibration.but(gyro_bias_dps=ZERO, accel_bias_g=ZERO)
+        self.filter = self._made(None)
 
     # ---- at the REPL
 
@@ -183,7 +203,9 @@ class App:
         split = timed and config.burst != "blocking" and self.imu.split
         # a sensor slower than the loop gives each burst several times
         self.health = Health(
-            config.failsafe_ms * 1000, 10 + 3 * config.rate_hz // config.sensor_hz
+            config.failsafe_ms * 1000,
+            10 + 3 * config.rate_hz // config.sensor_hz,
+            1000000 // config.dlpf_hz,
         )
         self.sensing = Sensing(self.imu, board, self.health, split)
         self.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
@@ -197,14 +219,21 @@ class App:
             guard=None if timed else board.timer,
         )
         self._period_us = self.loop.period_us
-        self._until_correction = _CORRECT_EVERY
+        self._late_us = self._period_us + (self._period_us >> 1)
+        self._correct_every = _CORRECT_TIMER if timed else _CORRECT_EDGES
+        self._until_correction = self._correct_every
+        self._clock_off = False
         self.filter = self._made(None)
 
     def _made(self, old):
         """The filter of config.filter, going on where `old` is; changed between two ticks."""
         made = filters.make(self.config, self.calibration, self.imu)
-        if not isinstance(made, FromCounts):
+        self._timed = isinstance(made, FromCounts)
+        if not self._timed:
             made.period_us = self._period_us
         if old is not None:
             filters.carry_over(old, made)
+        self.bridge = Bridge(
+            made, self._timed, self._period_us, self.health.memory, self.imu.gyro_lsb_per_dps
+        )
         return made

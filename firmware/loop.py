@@ -90,9 +90,9 @@ class Loop:
         out["edges_missing"] = self.edges_missing
         return out
 
-    def mean_period_us(self):
-        """Mean of the last 256 undisturbed periods, rounded, in microseconds; 0 before."""
-        return self._timing.mean_period_us()
+    def recent_period_us(self):
+        """Mean period since the last call, lost ticks included, rounded; 0 when unknown."""
+        return self._timing.recent_period_us()
 
     def _lead(self, _source):
         if self._timing.running:

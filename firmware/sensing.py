@@ -1,30 +1,45 @@
 # SPDX-License-Identifier: MIT
 """One good burst per tick into imu.counts, or the last good one again; and the way out of faults.
 
-The policy is health.POLICY. A repair writes the sensor's configuration a register each tick, so
-that no tick is long; afterwards the gyro settles, and all registers are looked at again.
+The policy is health.POLICY. What an action needs is spread over ticks, so that none is long.
 """
 
 import errno
 
 from micropython import const
+from mpu6050 import profiles
 
+from firmware import guard
 from firmware import health as h
-from firmware.health import judge
+from firmware.guard import judge
 
+# What a tick does; from _VERIFY on it reads no burst.
 _RUN = const(0)
-_REPAIR = const(1)
-_SETTLE = const(2)
+_SETTLE = const(1)  # reads, but does not use it yet
+_VERIFY = const(2)
+_REPAIR = const(3)
+_RESET = const(4)
+_RESET_PATHS = const(5)  # the chip was reset, its signal paths are next
+_RESET_DONE = const(6)
 
+_RESET_US = const(100000)  # after each step of a reset (RM p. 41)
 _SETTLE_US = const(35000)  # gyro start-up to within 1 % (PS p. 12)
-_CHECK_US = const(40000)  # time between two looks at a register: all of them in half a second
-_ROWS = const(12)  # more than the configuration's table has: all of it, once after an outage
+_CHECK_US = const(100000)  # between two looks at a register: all of them in 1.1 seconds
+_SHORT_US = const(15000)  # in an outage shorter than this no chip can have lost its settings
+_MODES = {
+    h.VERIFY: (_VERIFY, 0),
+    h.REPAIR: (_REPAIR, 0),
+    h.RESET: (_RESET, 0),
+    h.RING: (_SETTLE, 0),
+}
+_PER_TICK = const(4)  # registers verified in a tick, about as long as a burst
 
 
 class Sensing:
     """Fetches for the loop. `split`: begin() starts the burst that fetch() collects.
 
-    imu: the driver; board: for the recovery of the bus; health: takes the counts.
+    imu: the driver; board: for the recovery of the bus; health: takes the counts. `another` is
+    True when another part was taken on, until somebody sets it False.
     """
 
     def __init__(self, imu, board, health, split):
@@ -33,13 +48,15 @@ class Sensing:
         self._health = health
         self._split = split
         self._mode = _RUN
-        self._settle_us = 0
-        self._check_us = 0
-        self._checks = 0  # looks still to be taken without delay
+        self._wait_us = 0
+        self._check_us = _CHECK_US
+        self._row = 0
+        self._sure = True  # that the chip has its settings
+        self.another = False
 
     def begin(self):
         """Start the burst of the coming tick; returns at once."""
-        if self._mode != _REPAIR:
+        if self._mode <= _SETTLE:
             self._imu.start()
 
     def fetch(self, dt_us):
@@ -47,25 +64,10 @@ class Sensing:
 
         dt_us: time since the last call. Faults are counted and acted on; nothing is raised.
         """
-        if self._mode == _REPAIR:
-            self._repair(dt_us)
+        if self._mode:
+            self._mend(dt_us)
             return False
-        cause = self._burst()
-        if self._mode == _SETTLE and not cause:
-            self._settle_us -= dt_us
-            if self._settle_us > 0:
-                self._health.wait(dt_us)
-                return False
-            self._mode = _RUN
-        if cause:
-            self._act(self._health.bad(cause, dt_us))
-            return False
-        if self._health.good():
-            self._checks = _ROWS
-        self._recheck(dt_us)
-        return True
-
-    def _burst(self):
+        health = self._health
         imu = self._imu
         try:
             if self._split:
@@ -73,17 +75,29 @@ class Sensing:
                     pass  # it ends: the driver raises ETIMEDOUT
             else:
                 imu.read()
+            cause = judge(imu.counts, health.memory, health.same_max)
         except OSError as error:
-            return _cause(error)
-        return judge(imu.counts, self._health.memory, self._health.same_max)
+            cause = _cause(error)
+        if cause:
+            if cause <= h.FROZEN:
+                self._sure = False
+            self._act(health.bad(cause, dt_us))
+            return False
+        if health.in_row:
+            if not self._sure and health.age_us > _SHORT_US:
+                self._act(h.VERIFY)
+                self._mend(dt_us)
+                return False
+            self._sure = True
+            health.good(dt_us)
+        self._check_us -= dt_us
+        if self._check_us < 0:
+            self._look()
+        return True
 
-    def _recheck(self, dt_us):
-        self._check_us += dt_us
-        if not self._checks and self._check_us < _CHECK_US:
-            return
-        self._check_us = 0
-        if self._checks:
-            self._checks -= 1
+    def _look(self):
+        """Compare the next register, one of the eleven."""
+        self._check_us = _CHECK_US
         try:
             if not self._imu.check():
                 self._health.count(h.REGISTER)
@@ -92,23 +106,105 @@ class Sensing:
             self._health.count(_cause(error))
 
     def _act(self, action):
+        if action == h.HOLD:
+            return
         if action == h.RECOVER:
             self._imu.use_bus(self._board.recover())
-        elif action == h.REPAIR:
+            return
+        self._mode, self._wait_us = _MODES[action]
+        if action == h.RING:
+            self._wait_us = self._health.ring_us
+        else:
             self._imu.rewind()
-            self._mode = _REPAIR
+            self._row = 0
 
-    def _repair(self, dt_us):
-        self._health.wait(dt_us)
+    def _mend(self, dt_us):
+        """A tick of the way back; a failure begins it anew with VERIFY."""
+        health = self._health
         try:
-            if self._imu.repair():
-                self._mode = _SETTLE
-                self._settle_us = _SETTLE_US
+            if self._mode == _SETTLE:
+                self._settle(dt_us)
+            elif self._mode == _VERIFY:
+                self._verify()
+            elif self._mode == _REPAIR:
+                self._repair()
+            else:
+                self._reset(dt_us)
+            health.wait(dt_us)
         except OSError as error:
-            self._imu.rewind()
-            if self._health.bad(_cause(error), 0) == h.RECOVER:
-                self._act(h.RECOVER)
+            action = health.bad(_cause(error), dt_us)
+            self._act(h.VERIFY)
+            if action == h.RECOVER:
+                self._act(action)
+
+    def _settle(self, dt_us):
+        imu, health = self._imu, self._health
+        if self._split:
+            while not imu.collect():
+                pass
+        else:
+            imu.read()
+        self._wait_us -= dt_us
+        if guard.saturated(imu.counts):
+            health.count(h.SATURATED)
+            self._wait_us = health.ring_us
+        guard.hold(imu.counts, health.memory)
+        if self._wait_us <= 0:
+            guard.forget(health.memory)
+            self._mode = _RUN
+
+    def _verify(self):
+        imu = self._imu
+        for _ in range(_PER_TICK):
+            if not imu.check():
+                imu.rewind()
+                self._health.count(h.REGISTER)
+                self._mode = _REPAIR
+                self._repair()  # a dead bus fails here, and the chip has lost nothing
+                return
+            self._row += 1
+            if self._row == imu.rows:
+                if self._same_part():
+                    self._sure = True
+                    guard.forget(self._health.memory)
+                    self._mode = _RUN
+                return
+
+    def _repair(self):
+        if self._imu.repair() and self._same_part():
+            self._sure = True
+            self._mode = _SETTLE
+            self._wait_us = _SETTLE_US
+
+    def _same_part(self):
+        """True unless another part sits there; one that is known is taken on."""
+        if profiles.same_part(self._imu):
+            return True
+        if profiles.adopt(self._imu):
+            self.another = True
+            self._health.count(h.ANOTHER)
+            self._act(h.REPAIR)
+        else:
+            self._health.bad(h.ANOTHER, 0)
+            self._act(h.VERIFY)
+        return False
+
+    def _reset(self, dt_us):
+        self._wait_us -= dt_us
+        if self._wait_us > 0:
+            return
+        self._wait_us = _RESET_US
+        if self._mode == _RESET:
+            self._imu.reset_chip()
+            self._mode = _RESET_PATHS
+        elif self._mode == _RESET_PATHS:
+            self._imu.reset_paths()
+            self._mode = _RESET_DONE
+        else:
+            self._act(h.REPAIR)
 
 
 def _cause(error):
-    return h.TIMEOUT if error.errno == errno.ETIMEDOUT else h.NACK
+    if error.errno == errno.ETIMEDOUT:
+        return h.TIMEOUT
+    return h.REGISTER if "register" in str(error) else h.NACK  # the driver's verification

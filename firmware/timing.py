@@ -28,7 +28,9 @@ _SUM = const(14)  # of the periods of the window that runs
 _COUNT = const(15)
 _MEAN256 = const(16)  # sum of the 256 periods of the last whole window; 0 before
 _EARLIEST = const(17)  # least lateness in the window that runs
-_WORDS = const(18)
+_MARK = const(18)  # _LAST and _TICKS + _LOST when recent_period_us() was asked last
+_MARK_TICKS = const(19)
+_WORDS = const(20)
 
 # Histograms, log-linear, 8 bins per octave, exact below 16 us, up to 2^20 us.
 _BINS = const(144)
@@ -153,9 +155,16 @@ class Timing:
         if us > words[_PERIOD]:
             words[_OVERRUNS] += 1
 
-    def mean_period_us(self):
-        """Mean of the last 256 undisturbed periods, rounded, in microseconds; 0 before."""
-        return (self.words[_MEAN256] + _WINDOW // 2) // _WINDOW
+    def recent_period_us(self):
+        """Mean period since the last call, rounded, in microseconds; 0 when there was none."""
+        words = self.words
+        ticks = words[_TICKS] + words[_LOST]
+        count = ticks - words[_MARK_TICKS]
+        passed = (words[_LAST] - words[_MARK] + _FAR & 2 * _FAR - 1) - _FAR
+        known = words[_MARK_TICKS]
+        words[_MARK] = words[_LAST]
+        words[_MARK_TICKS] = ticks
+        return (passed + (count >> 1)) // count if known and count > 0 and passed > 0 else 0
 
     def stats(self):
         """Timing so far as a dict; quantiles are upper bounds of bins about 12 % wide."""

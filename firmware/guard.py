@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: MIT
+"""Judges each burst before a filter sees it, and knows the last good ones; no allocation.
+
+Most bursts take the short way, a few microseconds; the long way is for those that look odd.
+"""
+
+from array import array
+
+import micropython
+from micropython import const
+
+# what judge() returns besides 0; places in health.POLICY
+FILL = const(3)
+FROZEN = const(4)
+JUMP = const(5)
+SATURATED = const(6)
+
+# the memory, 16-bit words: the last good burst is at 0
+_REJECTED = const(8)  # the burst that was taken for a leap
+_BEFORE = const(16)  # the gyro of the good burst before the last
+_SAME = const(19)  # how often the same burst came
+_JUMPS = const(20)  # rejected as a leap in a row
+_PRIMED = const(21)
+_ACCEL_OVER = const(22)  # bursts with a saturated accelerometer, which are good
+_WORDS = const(24)
+
+# Largest step of one sample, counts. Gyro: an eighth of full scale, what a flipped bit 12 makes;
+# accelerometer: half of full scale, since vibration is not a fault.
+_GYRO_LEAP = const(4096)
+_ACCEL_LEAP = const(16384)
+_STOP = const(32752)  # within 16 counts of full scale: saturated
+_AGREES = const(2)  # rejections after which a leap is believed
+
+
+def memory():
+    """What judge() has to remember between two calls."""
+    return array("H", [0] * _WORDS)
+
+
+def forget(words):
+    """The next burst is no leap, whatever came before: after an outage."""
+    words[_PRIMED] = 0
+
+
+def before(words, axis):
+    """Gyro counts of the good burst before the last, axis 0 to 2."""
+    value = words[_BEFORE + axis]
+    return value - 65536 if value & 0x8000 else value
+
+
+def hold(counts, words):
+    """Put the last good burst back into counts."""
+    for i in range(7):
+        value = words[i]
+        counts[i] = value - 65536 if value & 0x8000 else value
+
+
+def saturated(counts):
+    """Whether a rate is at its full scale."""
+    x, y, z = counts[4], counts[5], counts[6]
+    return max(x, y, z) >= _STOP or min(x, y, z) <= -_STOP
+
+
+def accel_saturated(words):
+    """How many good bursts had an accelerometer at its full scale (up to 65535)."""
+    return words[_ACCEL_OVER]
+
+
+@micropython.viper
+def judge(counts, words, same_max: int) -> int:
+    """0 for a good burst, which is remembered; else the fault's code, and counts are put back to
+    the last good burst.
+
+    same_max: identical bursts in a row that are still good.
+    """
+    c = ptr16(counts)
+    m = ptr16(words)
+    # steps of 16 bits; in range, none of the high bits is set after adding the limit
+    x = c[4]
+    y = c[5]
+    z = c[6]
+    t = x - m[4]
+    fresh = t
+    leap = t + _GYRO_LEAP
+    t = y - m[5]
+    fresh |= t
+    leap |= t + _GYRO_LEAP
+    t = z - m[6]
+    fresh |= t
+    leap |= t + _GYRO_LEAP
+    # the two highest bits differ beyond half of full scale
+    large = (x ^ x << 1 | y ^ y << 1 | z ^ z << 1) & 0x8000 | leap & 0xE000
+    if x == y and y == z:
+        large = 1
+    x = c[0]
+    y = c[1]
+    z = c[2]
+    leap = x - m[0] + _ACCEL_LEAP | y - m[1] + _ACCEL_LEAP | z - m[2] + _ACCEL_LEAP
+    large |= (x ^ x << 1 | y ^ y << 1 | z ^ z << 1 | leap) & 0x8000
+    if large or fresh == 0 or m[_PRIMED] == 0:
+        return int(_look(counts, words, same_max))
+    m[_BEFORE] = m[4]
+    m[_BEFORE + 1] = m[5]
+    m[_BEFORE + 2] = m[6]
+    p = ptr32(counts)
+    q = ptr32(words)
+    q[0] = p[0]
+    q[1] = p[1]
+    q[2] = p[2]
+    m[6] = c[6]
+    m[_SAME] = 0
+    m[_JUMPS] = 0
+    return 0
+
+
+@micropython.viper
+def _look(counts, words, same_max: int) -> int:
+    """The long way of judge().
+
+    A leap is believed when the next burst agrees with it, or after two rejections.
+    """
+    c = ptr16(counts)
+    m = ptr16(words)
+    fault = 0
+    changed = 0
+    leap = 0
+    agrees = 1
+    over = 0
+    i = 0
+    while i < 7:
+        raw = c[i]
+        if raw != m[i]:
+            changed = 1
+        if i != 3:  # the temperature steers nothing
+            if (raw + 0x8010 & 0xFFFF) < 0x20:
+                if i > 3:
+                    fault = SATURATED
+                over = 1
+            limit = _GYRO_LEAP if i > 3 else _ACCEL_LEAP
+            value = (raw ^ 0x8000) - 0x8000
+            step = value - ((m[i] ^ 0x8000) - 0x8000)
+            if step > limit or step < 0 - limit:
+                leap = 1
+            step = value - ((m[_REJECTED + i] ^ 0x8000) - 0x8000)
+            if step > limit or step < 0 - limit:
+                agrees = 0
+        i += 1
+    # a broken transfer, a sleeping chip: the tail is filled with one byte
+    if c[6] == c[5] and c[5] == c[4] and c[4] == c[3]:
+        fault = FILL
+    if fault == 0:
+        if over and m[_ACCEL_OVER] < 65535:
+            m[_ACCEL_OVER] += 1
+        if m[_PRIMED]:
+            jumps = m[_JUMPS]
+            if changed:
+                m[_SAME] = 0
+            elif m[_SAME] < same_max:
+                m[_SAME] += 1
+            else:
+                fault = FROZEN
+            if leap and fault == 0 and jumps < _AGREES and (jumps == 0 or agrees == 0):
+                fault = JUMP
+                m[_JUMPS] = jumps + 1
+    i = 0
+    while i < 7:
+        if fault:
+            m[_REJECTED + i] = c[i]
+            c[i] = m[i]
+        else:
+            if i > 3:
+                m[_BEFORE - 4 + i] = m[i]
+            m[i] = c[i]
+        i += 1
+    if fault == 0:
+        m[_PRIMED] = 1
+        m[_JUMPS] = 0
+    return fault

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""The fault kinds: what is done to a running app, how long, and which counter has to see it."""
+
+from dataclasses import dataclass, field
+
+from tools.virtual.faults import make
+
+# knobs of the app in the runs whose loop follows the sensor's INT line
+_BY_EDGES = {"drive": "data-ready", "sensor_hz": 250}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind. Times in seconds; `bar_s` is the longest recovery allowed after its end."""
+
+    name: str
+    faults: tuple  # (name, parameters) of tools.virtual.faults, or the name of an Action below
+    for_s: tuple  # shortest and longest duration
+    sees: tuple  # entries of app.stats(): one of them must move
+    bar_s: float = 0.25
+    after_s: float = 1.2  # watched after its end
+    knobs: dict = field(default_factory=dict)
+    motion: str = "free"  # or "swing": 100 deg/s about the roll axis
+
+
+def _bus(name, fault, sees, for_s=(0.005, 0.06), **rest):
+    parameters = rest.pop("parameters", {})
+    return Kind(name, ((fault, parameters),), for_s, sees, **rest)
+
+
+KINDS = (
+    _bus("nack_burst", "nack", ("nack",), (0.004, 0.03), bar_s=0.020),
+    _bus("timeout", "timeout", ("timeout",), bar_s=0.050),
+    _bus("arbitration_lost", "arbitration", ("nack", "timeout"), bar_s=0.050),
+    _bus("sda_held", "sda_held", ("timeout",), (0.2, 0.2), bar_s=0.050, parameters={"clocks": 9}),
+    _bus("brown_out", "brown_out", ("nack", "fill"), (0.0005, 0.01), bar_s=0.25),
+    _bus("stuck_data", "stuck_data", ("frozen",), (0.08, 0.2)),
+    _bus("filled_FE", "filled", ("fill",), parameters={"value": 0xFE}),
+    _bus("filled_FF", "filled", ("fill",), parameters={"value": 0xFF}),
+    _bus("filled_00", "filled", ("fill",), parameters={"value": 0x00}),
+    _bus("bit_flips", "bit_flip", ("jump",), (8.0, 8.0), parameters={"p": 0.01}),
+    _bus("saturation", "saturation", ("saturated",), (0.005, 0.04)),
+    _bus("unplugged", "unplugged", ("nack",), (0.1, 0.6), after_s=2.0),
+    _bus(
+        "another_part", "unplugged", ("another",), (0.1, 0.3), after_s=2.0,
+        parameters={"profile": ("ICM20689", "MPU6500", "MPU6050")},
+    ),
+    _bus("int_dead", "int_dead", ("edges_missing",), (0.05, 0.3), knobs=_BY_EDGES),
+    _bus("clock_2_percent", "clock_off", ("clock",), (4.0, 4.0), knobs=_BY_EDGES, after_s=2.5,
+         bar_s=2.2),
+    Kind("callback_lost", ("lose_callbacks",), (0.01, 0.06), ("lost",)),
+    Kind("tick_wrap", ("wrap",), (0.0, 0.0), ()),
+    Kind("user_exception", ("user_raises",), (0.01, 0.1), ("output_errors",)),
+    _bus("outage_100ms", "nack", ("nack",), (0.1, 0.1), motion="swing"),
+)  # fmt: skip
+
+
+def bus_faults(kind, at_s, for_s, number):
+    """The kind's fault objects for one injection; a tuple parameter takes turns."""
+    made = []
+    for name, parameters in kind.faults:
+        chosen = {
+            key: value[number % len(value)] if isinstance(value, tuple) else value
+            for key, value in parameters.items()
+        }
+        made.append(make(name, at_s=at_s, for_s=for_s, seed=number, **chosen))
+    return made

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: MIT
+"""One app on a virtual board, in motion, watched at every tick while faults come and go."""
+
+import random
+import sys
+import tempfile
+from dataclasses import dataclass
+
+import numpy as np
+
+from tools.faults import actions
+from tools.faults.kinds import bus_faults
+from tools.recordings import up_from_quaternion, up_from_roll_pitch
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
+from tools.virtual.motion import FreeMotion, Sequence, Sinusoid, Still
+from tools.virtual.port import Port
+
+REST_S = 0.8  # before the motion; the app measures the gyro's bias in it
+SETTLE_S = 4.0  # from the start of the motion to the first fault
+INT_PIN = {"rp2": 6, "esp32": 22}
+SWING_DEG, SWING_HZ = 40.0, 0.398  # 100 deg/s at its fastest
+
+
+@dataclass
+class Outcome:
+    """What one injection did. Seconds and degrees; recovery_s None: it did not recover."""
+
+    detected: bool
+    recovery_s: float | None
+    error_deg: float  # largest while the app claimed its angle
+    during_deg: float  # largest while the fault lasted, claimed or not
+    after_deg: float  # one second after its end
+    before_deg: float  # largest in the half second before
+    counts: dict
+
+
+def motion(name, seed):
+    """The sensor's motion after REST_S of rest: "free" or "swing"."""
+    if name == "swing":
+        return Sequence((Still(), REST_S), (Swing(), 0.0))
+    return FreeMotion(seed, rest_s=REST_S)
+
+
+class Swing(Sinusoid):
+    """Roll to and fro, 100 deg/s at its fastest, begun without a jump of the rate."""
+
+    def __init__(self):
+        super().__init__(SWING_DEG, SWING_HZ, "roll", offset_deg=SWING_DEG, phase_deg=-90.0)
+
+
+class Rig:
+    """`with Rig(kind, platform, seed) as rig: rig.inject(n)`; `rows` holds every tick so far.
+
+    A row: time s, new good burst, stale, age ms, roll and pitch in millidegrees.
+    """
+
+    def __init__(self, kind, platform, seed=0):
+        self.kind, self.platform = kind, platform
+        self.random = random.Random(f"{kind.name} {platform} {seed}")
+        self.rows = []
+        self.chip = MPU6050Chip(
+            motion=motion(kind.motion, seed), gyro_bias_dps=(2.0, -1.5, 1.0), seed=seed + 1
+        )
+        self.bus = Bus(self.chip)
+
+    def __enter__(self):
+        self._folder = tempfile.TemporaryDirectory()
+        self.port = Port(self.platform, {0: self.bus}, root=self._folder.__enter__())
+        self.port.__enter__()
+        try:
+            self._begin()
+        except BaseException:
+            self.__exit__(*sys.exc_info())
+            raise
+        return self
+
+    def __exit__(self, *error):
+        self.port.__exit__(*error)
+        self._folder.__exit__(*error)
+
+    def _begin(self):
+        from firmware.app import App
+
+        self.app = App()
+        for name, value in self.kind.knobs.items():
+            self.app.config.set(name, value)
+        self.port.connect_int(self.chip, self.app.board.int_pin)
+        self.start()
+        self.run(REST_S + SETTLE_S - self.now_s)
+
+    def start(self):
+        """Start the app and look at each of its steps."""
+        self.app.start()
+        step, rows, app = self.app.step, self.rows, self.app
+
+        def watched(dt_us):
+            step(dt_us)
+            estimate = app.filter
+            rows.append((
+                self.port.now_ns * 1e-9, app.fresh, app.stale, app.health.age_us / 1000,
+                estimate.roll_mdeg, estimate.pitch_mdeg,
+            ))  # fmt: skip
+
+        app.loop._step = watched
+
+    @property
+    def now_s(self):
+        return self.port.now_ns * 1e-9
+
+    def run(self, seconds):
+        """Let virtual time pass."""
+        self.port.run_ms(max(0.0, seconds) * 1000)
+
+    def inject(self, number):
+        """One fault of the kind at a random moment; its Outcome."""
+        kind = self.kind
+        self.run(self.random.uniform(0.3, 0.9))
+        for_s = self.random.uniform(*kind.for_s)
+        before = dict(self.app.stats())
+        first = len(self.rows)
+        if isinstance(kind.faults[0], str):
+            began = self.now_s
+            getattr(actions, kind.faults[0])(self, for_s)
+            ended = self.now_s
+        else:
+            began = self.now_s + self.random.uniform(0.0, 0.004)
+            self.bus.faults[:] = bus_faults(kind, began, for_s, number)
+            self.run(began + for_s - self.now_s)
+            ended = began + for_s
+            if all(fault.done for fault in self.bus.faults) and kind.name == "sda_held":
+                ended = began  # it lasts until the clocks come
+        self.run(ended + kind.after_s - self.now_s)
+        self.bus.faults.clear()
+        return self._judge(began, ended, first, before)
+
+    def _judge(self, began, ended, first, before):
+        rows = self.rows[max(0, first - 125) :]
+        time_s = np.array([row[0] for row in rows])
+        error = self.errors(rows)
+        claimed = ~np.array([row[2] for row in rows])
+        inside = time_s >= began
+        during = inside & (time_s <= ended + 0.002)
+        late = np.abs(time_s - (ended + 1.0)) < 0.01
+        after = self.app.stats()
+        moved = {
+            key: after[key] - before.get(key, 0)
+            for key in after
+            if isinstance(after[key], int) and after[key] != before.get(key, 0)
+        }
+        return Outcome(
+            detected=not self.kind.sees or any(moved.get(key, 0) > 0 for key in self.kind.sees),
+            recovery_s=self._recovery(rows, ended),
+            error_deg=_largest(error[inside & claimed]),
+            during_deg=_largest(error[during]),
+            after_deg=_largest(error[late]),
+            before_deg=_largest(error[~inside]),
+            counts=moved,
+        )
+
+    def _recovery(self, rows, ended):
+        """Seconds from the end of the fault to the first of an unbroken row of good ticks."""
+        last_s = None
+        previous = None
+        for t_s, fresh, stale, *_ in rows:
+            late = previous is not None and t_s - previous > 1.6 * self.app.loop.period_us * 1e-6
+            if fresh and not stale:
+                if last_s is None or late:
+                    last_s = t_s
+            else:
+                last_s = None
+            previous = t_s
+        if last_s is None or self.now_s - previous > 0.05:
+            return None
+        return max(0.0, last_s - ended)
+
+    def errors(self, rows):
+        """Angle between the true and the estimated up, degrees, of each row."""
+        truth = up_from_quaternion(np.array([self.chip.truth(row[0]) for row in rows]))
+        told = up_from_roll_pitch(
+            np.array([row[4] for row in rows]) / 1000, np.array([row[5] for row in rows]) / 1000
+        )
+        cross = np.linalg.norm(np.cross(told, truth), axis=1)
+        return np.degrees(np.arctan2(cross, np.sum(told * truth, axis=1)))
+
+
+def _largest(values):
+    return float(values.max()) if len(values) else 0.0
