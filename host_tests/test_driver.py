@@ -404,6 +404,8 @@ def test_motion_interrupt():
         r.wait_ms(50)
         assert motion.moved(imu)
         assert not motion.moved(imu)
+        r.i2c.writeto_mem(0x68, ACCEL_CONFIG, b"\x10")  # the high-pass lost: never again motion
+        assert [imu.check() for _ in range(imu.rows)].count(False) == 1
         motion.disable(imu)
         r.chip.set_motion(Feel())
         r.wait_ms(50)

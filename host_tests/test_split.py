@@ -87,6 +87,18 @@ def test_blocking_calls_between_start_and_collect(between):
         assert {t.outcome for t in r.transactions()} == {"ok"}
 
 
+def test_a_burst_is_collected_once():
+    """Also one that a blocking call has finished, when another was started after it."""
+    with rig("rp2", motion=FEEL) as r:
+        imu = r.sensor()
+        imu.start()
+        imu.check()
+        imu.start()
+        r.wait_ms(1)
+        assert imu.collect()
+        assert not imu.collect()
+
+
 def test_the_burst_is_one_instant():
     with rig("rp2", motion=FEEL) as r:
         imu = r.sensor()
@@ -207,6 +219,21 @@ def test_the_time_out_survives_the_timers_wrap():
             imu.start()
             r.wait_ms(0.5)
             assert imu.collect()
+
+
+@pytest.mark.parametrize("bits", (30, 31, 32))
+def test_a_time_out_across_the_timers_wrap(bits):
+    with rig("rp2", motion=FEEL) as r:
+        imu = r.sensor()
+        us = r.port.timer_us()
+        r.port.clock.now_ns += ((2**bits - us) % 2**bits - 300) * 1000
+        r.fault("timeout")
+        imu.start()
+        assert not imu.collect()
+        r.wait_ms(2)
+        with pytest.raises(OSError) as caught:
+            imu.collect()
+        assert caught.value.args[0] == 110
 
 
 def test_a_slow_bus_has_the_time_it_needs():
