@@ -138,6 +138,22 @@ def test_six_faces_at_the_worst_tolerance(order):
     assert cal.accel_bias_g == pytest.approx(WORST_BIAS, abs=1e-3)
 
 
+def test_a_mounting_survives_a_new_calibration():
+    with rig("esp32", _worst_chip()) as r:
+        from mpu6050 import mounting
+        from mpu6050.calibrate import Poses
+        from mpu6050.calibration import Calibration
+
+        poses = Poses(r.sensor(accel_g=2))
+        for direction in FACES.values():
+            _pose(r, poses, direction, 0.2)
+        cal = poses.solve(Calibration().mounted(mounting.orientation("+y", "-x")))
+    reading = np.array(WORST_MATRIX) @ (-0.8, 0.6, 0.0) + WORST_BIAS
+    accel, gyro = cal.apply(reading, np.array(cal.gyro_bias_dps) + (1.0, 2.0, 3.0))
+    assert accel == pytest.approx((0.6, 0.0, 0.8), abs=4e-3)
+    assert gyro == pytest.approx((2.0, -3.0, -1.0))
+
+
 def test_missing_faces_are_named():
     with rig("esp32", _worst_chip()) as r:
         from mpu6050.calibrate import Poses

@@ -13,7 +13,7 @@ from collections import namedtuple
 from math import sqrt
 
 from mpu6050 import solve
-from mpu6050.calibration import Calibration
+from mpu6050.calibration import Calibration, multiply
 
 # Means over the time of rest: g, deg/s, degC
 Rest = namedtuple("Rest", ("accel_g", "gyro_dps", "temp_c"))
@@ -82,8 +82,8 @@ class Poses:
         """`cal` (or a new one) with the accelerometer's bias, matrix and residual_mg.
 
         faces: each pose lies square on a face of a box, all six have been up. Otherwise any
-        directions, well spread, six or better twelve. A mounting in `cal` is lost: it was
-        measured through the old matrix. ValueError says what is missing.
+        directions, well spread, six or better twelve. The mounting in `cal` stays: it is its
+        gyro_matrix. ValueError says what is missing.
         """
         readings = [r.accel_g for r in self._rests]
         if faces:
@@ -97,7 +97,7 @@ class Poses:
         cal = (cal or Calibration()).at(temp)
         return cal.but(
             accel_bias_g=bias,
-            accel_matrix=matrix,
+            accel_matrix=multiply(cal.gyro_matrix, matrix),
             residual_mg=1000 * residual,
             who_am_i=self._imu.who_am_i,
         )
