@@ -178,7 +178,7 @@ def test_integer_controllers_take_full_scale_for_ever():
         quad.target(wanted, wanted, wanted)
         counts[4] = counts[5] = counts[6] = raw
         for _ in range(20):
-            quad.update(throttle, at, at, at, counts)
+            quad.update(throttle, array("i", [at] * 3), counts)
             assert all(abs(x) <= 1000 for x in quad.torque)
             assert all(-1 <= m <= 1001 for m in quad.motors)
 
@@ -202,7 +202,7 @@ def test_quad_control_is_two_loops_and_a_mixer():
             counts[4 + k] = round(rate[k] * 65.5)
         mdeg = [round(a * 1000) for a in angle]
         mdeg[2] -= 180000  # the short way from -180 to 179 is -1 degree
-        quad.update(550, *mdeg, counts)
+        quad.update(550, array("i", mdeg), counts)
         expected = []
         for k in range(3):
             off = (target[k] - mdeg[k]) / 1000
@@ -220,7 +220,7 @@ def test_quad_control_is_two_loops_and_a_mixer():
     fresh = fixed.QuadControl(angle_gains, rate_gains, limit, 1000, 65.5, 200, tau_d_s=0.003)
     fresh.target(*target)
     for control in (quad, fresh):
-        control.update(550, 0, 0, 0, counts)
+        control.update(550, array("i", [0] * 3), counts)
     assert quad.motors == fresh.motors
 
 
@@ -311,18 +311,18 @@ def test_servo_refuses_nonsense(bad):
 def test_escs_stay_stopped_until_armed_and_stop_when_safe():
     pwms = [Pwm() for _ in range(4)]
     escs = Escs(pwms)
-    escs.write([500] * 4)
+    escs.write(array("i", [500] * 4))
     assert {p.ns[-1] for p in pwms} == {1000000}
     with pytest.raises(ValueError, match="throttle 10"):
         escs.arm(10)
     with pytest.raises(ValueError, match="tilted by 40"):
         escs.arm(0, 40000)
     escs.arm(0)
-    escs.write([0, 300, 700, 5000])
+    escs.write(array("i", [0, 300, 700, 5000]))
     assert [p.ns[-1] for p in pwms] == [1050000, 1300000, 1700000, 2000000]
     escs.safe()
     assert {p.ns[-1] for p in pwms} == {1000000}
-    escs.write([500] * 4)
+    escs.write(array("i", [500] * 4))
     assert {p.ns[-1] for p in pwms} == {1000000}
 
 

@@ -61,9 +61,8 @@ class Quad:
 
     def update(self, app):
         """After each step of the loop."""
-        tilt, control, escs = app.filter, self.control, self.escs
-        roll = tilt.roll_mdeg
-        control.update(self.throttle, roll, tilt.pitch_mdeg, tilt.yaw_mdeg, app.imu.counts)
+        angles, control, escs = app.filter.angles_mdeg, self.control, self.escs
+        control.update(self.throttle, angles, app.imu.counts)
         escs.write(control.motors)
         if not escs.armed:
             return
@@ -71,7 +70,7 @@ class Quad:
         if self._link > self._link_max:
             self.link_lost += 1
             escs.safe()
-        elif not -_CRASHED_MDEG < roll < _CRASHED_MDEG:
+        elif not -_CRASHED_MDEG < angles[0] < _CRASHED_MDEG:
             escs.safe()
 
     def safe(self):

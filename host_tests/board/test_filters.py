@@ -176,7 +176,7 @@ for k in range({n}):
         counts[4 + axis] = ((x >> axis) & 0x3FFF) - 8192
         angle[axis] = ((x << axis) % 360000) - 180000
     lock()
-    quad.update(x & 1023, angle[0], angle[1], angle[2], counts)
+    quad.update(x & 1023, angle, counts)
     out = pid.update(angle[0], counts[4])
     unlock()
     log[k] = out + quad.motors[0] * 1000 + quad.motors[3] * 7 + quad.torque[2]

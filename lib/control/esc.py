@@ -1,9 +1,33 @@
 # SPDX-License-Identifier: MIT
 """Motor controllers (ESC) on PWM pins, with arming and a safe state."""
 
+import micropython
+
+
+@micropython.viper
+def _write(self, commands: ptr32):
+    """One command per motor, 0..1000; nothing is allocated. Stopped unless armed."""
+    if not self.armed:
+        self.safe()
+        return
+    idle = int(self.idle)
+    stop = int(self._stop_ns)
+    span = int(self._span_us)  # ns per permille
+    writers = self._writers
+    n = int(self._n)
+    k = 0
+    while k < n:
+        command = commands[k]
+        if command < idle:
+            command = idle
+        elif command > 1000:
+            command = 1000
+        writers[k](stop + command * span)
+        k += 1
+
 
 class Escs:
-    """Several ESCs by pulse length; commands 0 to 1000 (permille). Starts and stays disarmed.
+    """Several ESCs by pulse length; starts disarmed. write() takes an array 'i' of permille.
 
     pwms: objects with machine.PWM's freq() and duty_ns(). Standard ESCs take 1000 to 2000 us at
     up to 400 pulses a second; idle is the least command while armed, so that no motor stops.
@@ -15,8 +39,9 @@ class Escs:
         for pwm in pwms:
             pwm.freq(freq_hz)
         self._writers = [pwm.duty_ns for pwm in pwms]
+        self._n = len(self._writers)
         self._stop_ns = pulse_us[0] * 1000
-        self._span_us = pulse_us[1] - pulse_us[0]  # ns per permille
+        self._span_us = pulse_us[1] - pulse_us[0]
         self.idle = idle
         self.armed = False
         self.safe()
@@ -32,20 +57,7 @@ class Escs:
             raise ValueError("not armed: tilted by %d degrees" % (tilt_mdeg // 1000))
         self.armed = True
 
-    def write(self, commands):
-        """One command per motor, 0..1000; nothing is allocated. Stopped unless armed."""
-        if not self.armed:
-            self.safe()
-            return
-        idle, span, stop, k = self.idle, self._span_us, self._stop_ns, 0
-        for writer in self._writers:
-            command = commands[k]
-            if command < idle:
-                command = idle
-            elif command > 1000:
-                command = 1000
-            writer(stop + command * span)
-            k += 1
+    write = _write
 
     def safe(self):
         """Stop all motors and disarm: the fail-safe value. May be called at any time."""

@@ -50,6 +50,10 @@ class Fixed:
         self._gyro_lsb = lsb(GYRO_LSB_PER_DPS, gyro_dps, "gyro_dps")
         self._accel_lsb = lsb(ACCEL_LSB_PER_G, accel_g, "accel_g")
         self._s = array("i", [0] * size)
+        # roll, pitch (and yaw) as a live array 'i': for what reads them each tick, since a
+        # property costs 30 us
+        end = self._angles_at + self._gyro_rows
+        self.angles_mdeg = memoryview(self._s)[self._angles_at : end]
         self.angles_mdeg = memoryview(self._s)[self._angles_at : self._angles_at + self._gyro_rows]
         self._gyro_base = array("i", [0] * (4 * self._gyro_rows))
         self._period16 = self._nominal16 = int(16e6 / rate_hz + 0.5)

@@ -13,7 +13,7 @@ from micropython import const
 
 from control.fixed.pid import encode, lag, output_range, put_gains
 
-# Words of the array: 0-2 target, 3-5 angle, 6 limit of the rate wanted, 7 saturated, 8-10 torque,
+# Words of the array: 0-2 target, 6 limit of the rate wanted, 7 saturated, 8-10 torque,
 # 11-14 motors; then 20 for each axis: 16 of coefficients as in control.fixed.pid (13-15 the outer
 # gain) and 4 of state: 16 integral << 10, 17 low-passed change of the rate << 6, 18 last rate.
 _LIMIT = const(6)
@@ -25,17 +25,14 @@ _SIZE = const(76)
 
 
 @micropython.viper
-def _update(self, throttle: int, roll: int, pitch: int, yaw: int, counts: ptr16):
-    """One step: throttle 0..1000, angles in mdeg, the sensor's counts -> self.motors."""
+def _update(self, throttle: int, angles: ptr32, counts: ptr16):
+    """One step: throttle 0..1000, roll, pitch, yaw in mdeg, the sensor's counts -> self.motors."""
     s = ptr32(self._s)
-    s[3] = roll
-    s[4] = pitch
-    s[5] = yaw
     limit = s[6]
     axis = 0
     c = _AXES
     while axis < 3:
-        x = s[axis] - s[axis + 3]
+        x = s[axis] - angles[axis]
         if x > 180000:  # the short way round
             x -= 360000
         elif x < -180000:
