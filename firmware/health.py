@@ -22,10 +22,10 @@ ADOPT = const(6)  # another known part: take its profile, REPAIR, start the esti
 
 NACK = const(1)
 TIMEOUT = const(2)
-FILL = const(guard.FILL)
-FROZEN = const(guard.FROZEN)
-JUMP = const(guard.JUMP)
-SATURATED = const(guard.SATURATED)
+FILL = guard.FILL
+FROZEN = guard.FROZEN
+JUMP = guard.JUMP
+SATURATED = guard.SATURATED
 REGISTER = const(7)
 ANOTHER = const(8)
 CLOCK = const(9)
