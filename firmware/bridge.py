@@ -33,6 +33,7 @@ class Bridge:
         self.period_us = period_us
         self._made = 0  # updates since the last good sample
         self._counts = array("h", [0] * 7)
+        self._parts = array("i", [0] * 3)
         # counts of the gyro to the angle of a period, rad * 2^29
         self._turn = round(period_us * 1e-6 / gyro_lsb_per_dps * pi / 180 * (1 << 29))
 
@@ -70,19 +71,15 @@ class Bridge:
         missing = (gap_us + (self.period_us >> 1)) // self.period_us - 1
         if not made and missing < 1:
             return
-        most = 0
-        for axis in range(3):
-            rate = before(self._memory, axis)
-            part = ((rate + counts[4 + axis]) * missing >> 1) - rate * made
-            most = max(most, abs(part))
-        times = min(most // _HALF_SCALE + 1, _AT_ONCE)
         extra = self._counts
+        for axis in range(4, 7):
+            rate = extra[axis] if made else before(self._memory, axis)
+            self._parts[axis - 4] = ((rate + counts[axis]) * missing >> 1) - rate * made
+        most = max(max(self._parts), -min(self._parts))
+        times = min(most // _HALF_SCALE + 1, _AT_ONCE)
         for i in range(3):
             extra[i] = counts[i]
-        for axis in range(3):
-            rate = before(self._memory, axis)
-            part = ((rate + counts[4 + axis]) * missing >> 1) - rate * made
-            extra[4 + axis] = _counts(part // times)
+            extra[4 + i] = _counts(self._parts[i] // times)
         for _ in range(times):
             self._update(extra)
 

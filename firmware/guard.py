@@ -28,7 +28,7 @@ _WORDS = const(24)
 # accelerometer: half of full scale, since vibration is not a fault.
 _GYRO_LEAP = const(4096)
 _ACCEL_LEAP = const(16384)
-_STOP = const(32752)  # within 16 counts of full scale: saturated
+_NEAR = const(26000)  # of 32768: a leap to there is the edge of a saturation
 _AGREES = const(2)  # rejections after which a leap is believed
 
 
@@ -42,9 +42,9 @@ def forget(words):
     words[_PRIMED] = 0
 
 
-def before(words, axis):
-    """Gyro counts of the good burst before the last, axis 0 to 2."""
-    value = words[_BEFORE + axis]
+def before(words, place):
+    """Gyro counts of the good burst before the last, by their place in a burst, 4 to 6."""
+    value = words[_BEFORE - 4 + place]
     return value - 65536 if value & 0x8000 else value
 
 
@@ -56,9 +56,9 @@ def hold(counts, words):
 
 
 def saturated(counts):
-    """Whether a rate is at its full scale."""
+    """Whether a rate is near its full scale; the low-pass rounds the edges of a saturation."""
     x, y, z = counts[4], counts[5], counts[6]
-    return max(x, y, z) >= _STOP or min(x, y, z) <= -_STOP
+    return max(x, y, z) >= _NEAR or min(x, y, z) <= -_NEAR
 
 
 def accel_saturated(words):
@@ -132,7 +132,7 @@ def _look(counts, words, same_max: int) -> int:
         if raw != m[i]:
             changed = 1
         if i != 3:  # the temperature steers nothing
-            if (raw + 0x8010 & 0xFFFF) < 0x20:
+            if (raw + 0x8200 & 0xFFFF) < 0x400:  # within 1.6 % of full scale
                 if i > 3:
                     fault = SATURATED
                 over = 1
@@ -141,6 +141,8 @@ def _look(counts, words, same_max: int) -> int:
             step = value - ((m[i] ^ 0x8000) - 0x8000)
             if step > limit or step < 0 - limit:
                 leap = 1
+                if i > 3 and m[_PRIMED] and (value > _NEAR or value < 0 - _NEAR):
+                    fault = SATURATED
             step = value - ((m[_REJECTED + i] ^ 0x8000) - 0x8000)
             if step > limit or step < 0 - limit:
                 agrees = 0

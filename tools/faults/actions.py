@@ -33,6 +33,7 @@ def wrap(rig, for_s):
     passed = (rig.now_s + _TICKS_S - _START_BEFORE_WRAP_S) % _TICKS_S
     lead_s = rig.random.uniform(5.0, 5.5)
     rig.run((_TICKS_S - passed - lead_s) % _TICKS_S)
+    rig.bus.advance(rig.port.now_ns)
     rig.chip.set_motion(FreeMotion(round(passed), rest_s=1.2), restart=True)
     rig.start()
     rig.run(_TICKS_S - (rig.now_s + _TICKS_S - _START_BEFORE_WRAP_S) % _TICKS_S)

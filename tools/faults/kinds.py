@@ -18,9 +18,12 @@ class Kind:
     for_s: tuple  # shortest and longest duration
     sees: tuple  # entries of app.stats(): one of them must move
     bar_s: float = 0.25
-    after_s: float = 1.2  # watched after its end
+    error_deg: float = 5.0  # a claimed angle further off is a silent wrong angle
+    after_deg: float = 5.0  # the same one second after its end
+    after_s: float = 1.05  # watched after its end
     knobs: dict = field(default_factory=dict)
     motion: str = "free"  # or "swing": 100 deg/s about the roll axis
+    fifo: bool = False  # the samples come through the chip's FIFO
 
 
 def _bus(name, fault, sees, for_s=(0.005, 0.06), **rest):
@@ -34,24 +37,28 @@ KINDS = (
     _bus("arbitration_lost", "arbitration", ("nack", "timeout"), bar_s=0.050),
     _bus("sda_held", "sda_held", ("timeout",), (0.2, 0.2), bar_s=0.050, parameters={"clocks": 9}),
     _bus("brown_out", "brown_out", ("nack", "fill"), (0.0005, 0.01), bar_s=0.25),
-    _bus("stuck_data", "stuck_data", ("frozen",), (0.08, 0.2)),
+    _bus("stuck_data", "stuck_data", ("frozen",), (0.08, 0.2), bar_s=0.3),
     _bus("filled_FE", "filled", ("fill",), parameters={"value": 0xFE}),
     _bus("filled_FF", "filled", ("fill",), parameters={"value": 0xFF}),
     _bus("filled_00", "filled", ("fill",), parameters={"value": 0x00}),
-    _bus("bit_flips", "bit_flip", ("jump",), (8.0, 8.0), parameters={"p": 0.01}),
-    _bus("saturation", "saturation", ("saturated",), (0.005, 0.04)),
-    _bus("unplugged", "unplugged", ("nack",), (0.1, 0.6), after_s=2.0),
+    _bus("bit_flips", "bit_flip", ("jump",), (4.0, 4.0), parameters={"p": 0.01},
+         error_deg=2.0),
+    _bus("saturation", "saturation", ("saturated",), (0.015, 0.05)),
+    _bus("unplugged", "unplugged", ("nack",), (0.1, 0.6), after_s=1.6),
     _bus(
-        "another_part", "unplugged", ("another",), (0.1, 0.3), after_s=2.0,
+        "another_part", "unplugged", ("another",), (0.1, 0.3), after_s=1.6,
         parameters={"profile": ("ICM20689", "MPU6500", "MPU6050")},
     ),
     _bus("int_dead", "int_dead", ("edges_missing",), (0.05, 0.3), knobs=_BY_EDGES),
-    _bus("clock_2_percent", "clock_off", ("clock",), (4.0, 4.0), knobs=_BY_EDGES, after_s=2.5,
-         bar_s=2.2),
+    _bus("clock_2_percent", "clock_off", ("clock",), (2.0, 2.0), knobs=_BY_EDGES),
     Kind("callback_lost", ("lose_callbacks",), (0.01, 0.06), ("lost",)),
     Kind("tick_wrap", ("wrap",), (0.0, 0.0), ()),
     Kind("user_exception", ("user_raises",), (0.01, 0.1), ("output_errors",)),
-    _bus("outage_100ms", "nack", ("nack",), (0.1, 0.1), motion="swing"),
+    _bus("fifo_overflow", "fifo_overflow", ("overflows",), (0.0, 0.0), fifo=True,
+         parameters={"extra": (1, 5, 9, 13, 2)}),
+    _bus("fifo_misaligned", "fifo_misaligned", ("misaligned",), (0.0, 0.0), fifo=True,
+         parameters={"lost": (1, 2, 3, 7, 12, 13)}),
+    _bus("outage_100ms", "nack", ("nack",), (0.1, 0.1), motion="swing", after_deg=0.5),
 )  # fmt: skip
 
 

@@ -17,8 +17,8 @@ from tools.virtual.motion import FreeMotion, Sequence, Sinusoid, Still
 from tools.virtual.port import Port
 
 REST_S = 0.8  # before the motion; the app measures the gyro's bias in it
-SETTLE_S = 4.0  # from the start of the motion to the first fault
-INT_PIN = {"rp2": 6, "esp32": 22}
+SETTLE_S = 3.0  # from the start of the motion to the first fault
+PERIOD_S = 0.004
 SWING_DEG, SWING_HZ = 40.0, 0.398  # 100 deg/s at its fastest
 
 
@@ -54,6 +54,8 @@ class Rig:
 
     A row: time s, new good burst, stale, age ms, roll and pitch in millidegrees.
     """
+
+    SPREAD_S = (0.0, 0.004)  # a fault begins so long after a tick
 
     def __init__(self, kind, platform, seed=0):
         self.kind, self.platform = kind, platform
@@ -104,8 +106,18 @@ class Rig:
 
         app.loop._step = watched
 
+    def stats(self):
+        """What the app counted."""
+        return dict(self.app.stats())
+
+    @property
+    def uncaught(self):
+        """Exceptions that left a callback, or were caught by the loop only."""
+        return len(self.port.errors) + self.app.loop.errors
+
     @property
     def now_s(self):
+        """Virtual time."""
         return self.port.now_ns * 1e-9
 
     def run(self, seconds):
@@ -115,16 +127,16 @@ class Rig:
     def inject(self, number):
         """One fault of the kind at a random moment; its Outcome."""
         kind = self.kind
-        self.run(self.random.uniform(0.3, 0.9))
+        self.run(self.random.uniform(0.1, 0.5))
         for_s = self.random.uniform(*kind.for_s)
-        before = dict(self.app.stats())
+        before = self.stats()
         first = len(self.rows)
         if isinstance(kind.faults[0], str):
             began = self.now_s
             getattr(actions, kind.faults[0])(self, for_s)
             ended = self.now_s
         else:
-            began = self.now_s + self.random.uniform(0.0, 0.004)
+            began = self.now_s + self.random.uniform(*self.SPREAD_S)
             self.bus.faults[:] = bus_faults(kind, began, for_s, number)
             self.run(began + for_s - self.now_s)
             ended = began + for_s
@@ -142,7 +154,7 @@ class Rig:
         inside = time_s >= began
         during = inside & (time_s <= ended + 0.002)
         late = np.abs(time_s - (ended + 1.0)) < 0.01
-        after = self.app.stats()
+        after = self.stats()
         moved = {
             key: after[key] - before.get(key, 0)
             for key in after
@@ -163,9 +175,9 @@ class Rig:
         last_s = None
         previous = None
         for t_s, fresh, stale, *_ in rows:
-            late = previous is not None and t_s - previous > 1.6 * self.app.loop.period_us * 1e-6
+            late = previous is not None and t_s - previous > 1.6 * PERIOD_S
             if fresh and not stale:
-                if last_s is None or late:
+                if last_s is None or (late and not self.kind.fifo):
                     last_s = t_s
             else:
                 last_s = None
