@@ -44,7 +44,11 @@ def rp2040_image():
 
 
 def unix_micropython():
-    """Path of MicroPython as a program for this machine (ints have 63 bits there, not 31)."""
+    """Path of MicroPython as a program for this machine: the fast one, for long runs.
+
+    On x86-64 it is built for 32 bits, so that small ints and viper wrap as on the boards; its
+    floats are doubles. On other machines it has that machine's width.
+    """
     return _kept(f"micropython-{VERSION}-unix", recipes.build_unix)
 
 

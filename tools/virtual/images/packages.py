@@ -6,6 +6,7 @@ folder with the mirror that the machine already uses, so that its own lists stay
 """
 
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -15,9 +16,10 @@ from tools.virtual.images.workshop import FirmwareError, run, say
 
 SUITE = "trixie"
 KEYRING = "/usr/share/keyrings/debian-archive-keyring.gpg"
+IS_X86_64 = platform.machine() == "x86_64"
 COMMON = ("gcc", "g++", "libc6-dev", "make", "python3", "xz-utils", "bzip2")
 TOOLS = {
-    "unix": COMMON,
+    "unix": (*COMMON, "gcc-multilib") if IS_X86_64 else COMMON,
     "rp2": (
         *COMMON,
         "cmake",

@@ -5,7 +5,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tools.virtual.images.packages import ensure_tools
+from tools.virtual.images.packages import IS_X86_64, ensure_tools
 from tools.virtual.images.sources import JOBS, VERSION, source_tree
 from tools.virtual.images.workshop import cache_dir, publish, run
 
@@ -52,9 +52,14 @@ def build_rp2(name, manifest=None, board="RPI_PICO", board_dir=None):
 
 
 def build_unix():
-    """The Unix port: a program for this machine."""
+    """The Unix port: a program for this machine, in 32 bits where the machine can (x86-64).
+
+    viper's integers and small ints are then as wide as on the boards.
+    """
     ensure_tools("unix")
-    options = ("MICROPY_PY_FFI=0", "MICROPY_PY_SSL=0", "MICROPY_PY_BTREE=0")
+    options = ["MICROPY_PY_FFI=0", "MICROPY_PY_SSL=0", "MICROPY_PY_BTREE=0"]
+    if IS_X86_64:
+        options.append("MICROPY_FORCE_32BIT=1")
     return _make_port("unix", "micropython", f"micropython-{VERSION}-unix", UNIX_MANIFEST, options)
 
 
