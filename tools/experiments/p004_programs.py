@@ -18,7 +18,7 @@ from tools.experiments.outcome import RAW, Outcome, Picture
 from tools.virtual.motion import Sinusoid, Vibration
 
 PROGRAMS = Path(__file__).parent / "board"
-SAMPLES = 400
+SAMPLES = 250
 EACH = 4  # of the recording's 286 samples a second
 NAME = "02_undisturbed_slow_rotation_B.npz"
 FROM = 10 * 286

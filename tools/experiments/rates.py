@@ -5,7 +5,7 @@ from tools.experiments import on_board
 from tools.experiments.outcome import Outcome, Picture
 
 RATES_HZ = (80, 250, 500, 1000)
-TICKS = 250
+TICKS = 150
 KEYS = ("ticks", "lost", "overruns", "jitter_p50_us", "jitter_p99_us", "jitter_max_us",
         "step_p50_us", "step_max_us")  # fmt: skip
 
