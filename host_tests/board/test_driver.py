@@ -1,82 +1,16 @@
 # SPDX-License-Identifier: MIT
 """The driver under the real firmware on the emulated RP2040: values, microseconds, heap."""
 
-import ast
-from pathlib import Path
-
 import pytest
+from driver_rig import driver_board, value
 
-from tools.virtual.bus import Bus
-from tools.virtual.chip import MPU6050Chip
 from tools.virtual.faults import make
-from tools.virtual.pico import VirtualPico
-
-ROOT = Path(__file__).resolve().parents[2]
-LIB = {path.relative_to(ROOT).as_posix(): path for path in (ROOT / "lib" / "mpu6050").glob("*.py")}
-
-
-class Feel:
-    """Always the same, with another value on each axis: g, deg/s; 31 degC."""
-
-    duration_s = None
-
-    def __init__(self, accel=(0.31, -1.07, 1.83), gyro=(97.0, -181.0, 239.0)):
-        self.sample = (*accel, *gyro, 31.0)
-
-    def at(self, t_s):
-        return self.sample
-
-    def truth(self, t_s):
-        return (1.0, 0.0, 0.0, 0.0)
-
-
-SETUP = """
-import gc, time
-from machine import I2C, Pin
-from mpu6050 import MPU6050
-i2c = I2C(0, freq=400_000, scl=Pin(5), sda=Pin(4))
-imu = MPU6050(i2c)
-time.sleep_ms(50)
-def nop():
-    pass
-def us_of(function, before=nop, n=6):
-    # microseconds of a call, net of an empty one
-    def mean(function):
-        total = 0
-        for _ in range(n):
-            before()
-            begun = time.ticks_us()
-            function()
-            total += time.ticks_diff(time.ticks_us(), begun)
-        return total / n
-    return mean(function) - mean(nop)
-def bytes_of(function, n=4):
-    function()
-    gc.collect()
-    gc.disable()
-    begun = gc.mem_alloc()
-    for _ in range(n):
-        function()
-    used = gc.mem_alloc() - begun
-    gc.enable()
-    return used
-"""
 
 
 @pytest.fixture(scope="module")
 def board():
-    bus = Bus(MPU6050Chip(Feel(), noise=False))
-    with VirtualPico(bus=bus, files=LIB) as pico:
-        pico.exec(SETUP, timeout_s=5)
-        pico.bus = bus
+    with driver_board() as pico:
         yield pico
-
-
-def value(board, code, last):
-    """Run code on the board; the value of the expression `last`."""
-    return ast.literal_eval(
-        board.exec(code + "\nprint(repr((" + last + ")))", timeout_s=3).strip()
-    )
 
 
 def test_values_are_those_of_the_motion(board):
@@ -203,81 +137,3 @@ def text_of(**settings):
     assert "choose one of [250, 500, 1000, 2000]" in value(board, "", "text_of(gyro_dps=300)")
     absent = _during(board, "nack", code, "text_of()")
     assert "Nothing answers on this bus" in absent
-
-
-def test_fifo_at_one_kilohertz_without_a_byte(board):
-    code = """
-from mpu6050.fifo import Fifo
-imu.set_range(accel_g=8)
-fifo = Fifo(imu)
-seen = 0
-def count(counts):
-    global seen
-    seen += 1
-fifo.start()
-read = fifo.read
-gc.collect(); gc.disable(); used = gc.mem_alloc()
-while read(count) > 1:
-    pass
-seen = 0; begun = time.ticks_us()
-for _ in range(6):
-    time.sleep_ms(4)
-    read(count)
-took = time.ticks_diff(time.ticks_us(), begun)
-used = gc.mem_alloc() - used; gc.enable()
-imu.read()
-same = list(fifo.counts) == list(imu.counts)
-fifo.stop()
-"""
-    seen, took, used, same, bad = value(
-        board, code, "(seen, took, used, same, (fifo.overflows, fifo.misaligned))"
-    )
-    # what came during the last read waits for the next one
-    assert took / 1000 - 7 < seen < took / 1000 + 1
-    assert (used, same, bad) == (0, True, (0, 0))
-
-
-def test_calibration_runs_on_the_board(board):
-    """The small solvers in single precision, and the numbers through JSON."""
-    code = """
-import json
-from mpu6050 import solve, mounting
-from mpu6050.calibration import Calibration
-faces = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
-M = ((1.03, 0.02, -0.02), (-0.02, 0.97, 0.02), (0.02, -0.02, 1.03)); b = (0.08, -0.08, 0.08)
-def reads(f):
-    return tuple([sum([M[i][j] * f[j] for j in range(3)]) + b[i] for i in range(3)])
-bias, matrix, residual = solve.from_faces([reads(f) for f in faces], faces)
-cal = Calibration(accel_bias_g=bias, accel_matrix=matrix, residual_mg=1000 * residual)
-cal = cal.mounted(mounting.from_tilt((0, 0, 1), (-0.5, 0, 0.8660254)))
-cal = Calibration.from_dict(json.loads(json.dumps(cal.to_dict())))
-try:
-    Calibration.from_dict({"gyro_bias_dps": [1, 2, float("nan")]}); why = ""
-except ValueError as error:
-    why = str(error)
-faces += [(0.6, 0.8, 0), (0, -0.6, 0.8), (-0.8, 0, -0.6), (0.48, 0.6, -0.64)]
-b2, m2, r2 = solve.from_rest([reads(f) for f in faces])
-"""
-    got, why, found = value(board, code, "(cal.apply(reads((0.6, 0, 0.8)), (1, 2, 3)), why, b2)")
-    assert got[0] == pytest.approx((-0.6, 0.0, 0.8), abs=1e-4)
-    assert got[1] == pytest.approx((-1, -2, 3), abs=1e-5)
-    assert "gyro_bias_dps is beyond" in why
-    assert found == pytest.approx((0.08, -0.08, 0.08), abs=3e-3)
-
-
-def test_gyro_bias_self_test_and_offsets_on_the_board(board):
-    board.bus.devices[0].set_motion(Feel((0.0, 0.0, 1.0), (3.0, -2.0, 1.0)))
-    code = """
-from mpu6050 import calibrate, offsets, selftest
-time.sleep_ms(50)
-cal = calibrate.gyro_bias(imu, seconds=0.04)
-selftest._SAMPLES = 10
-axes = selftest.self_test(imu)
-offsets.shift_gyro(imu, -3, 2, -1)
-time.sleep_ms(50); imu.read()
-"""
-    last = "(cal.gyro_bias_dps, selftest.passed(axes), imu.gyro_dps())"
-    bias, good, gyro = value(board, code, last)
-    assert bias == pytest.approx((3.0, -2.0, 1.0), abs=0.02)
-    assert good
-    assert gyro == pytest.approx((0, 0, 0), abs=0.05)

@@ -67,7 +67,7 @@ class Fifo:
     def reset(self):
         """Throw away what has been collected and go on aligned. OSError when the bus fails."""
         # FIFO_RESET acts only while FIFO_EN is 0 (RM p. 38)
-        self._imu.set_bits(_USER_CTRL, 0, 0x40)
+        self._imu.store(_USER_CTRL, 0)
         self._imu.store(_USER_CTRL, 0x04)
         self._imu.set_bits(_USER_CTRL, 0x40, 0x40)
         self._last_temp = _UNKNOWN

@@ -55,7 +55,7 @@ def from_rest(poses):
                 "the poses are too alike: turn %s up in some, down in others" % "xyz"[i]
             )
     p = list(_PERFECT)
-    for _ in range(5):  # quadratic: three would do at the datasheet's tolerance
+    for _ in range(5):  # it converges quadratically, from 3 % in three
         normal = [[0.0] * 10 for _ in range(9)]
         for i in range(9):
             normal[i][i] = _PRIOR[i]
@@ -63,12 +63,18 @@ def from_rest(poses):
         for pose in poses:
             error, slope = _linearise(p, pose)
             for i in range(9):
-                for j in range(9):
-                    normal[i][j] += slope[i] * slope[j]
-                normal[i][9] -= slope[i] * error
+                row, factor = normal[i], slope[i]
+                for j in range(i, 9):
+                    row[j] += factor * slope[j]
+                row[9] -= factor * error
+        for i in range(9):
+            for j in range(i):
+                normal[i][j] = normal[j][i]
         _eliminate(normal)
         for i in range(9):
             p[i] += normal[i][9]
+        if max([abs(row[9]) for row in normal]) < 1e-5:
+            break
     squares = sum([_linearise(p, pose)[0] ** 2 for pose in poses])
     return tuple(p[:3]), _symmetric(p), sqrt(squares / len(poses))
 
