@@ -70,7 +70,7 @@ class Board:
         """Call `callback(timer)` every period, softly: in the background, the REPL alive."""
         timer_id = self._timer_ids[self._timers % 2]
         self._timers += 1
-        return Timer(
+        return Timer(  # type: ignore[call-overload]  # the stubs forget tick_hz with a period
             timer_id,
             mode=Timer.PERIODIC,
             period=period_us,

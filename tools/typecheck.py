@@ -61,7 +61,12 @@ def check(port, sources=SOURCES):
     folder = stubs(port)
     config = Path(folder, "mypy.ini")
     # Bodies count although the board's code carries no annotations; None stands for "not yet".
-    options = "check_untyped_defs = True\nstrict_optional = False\n"
+    # Not asked: the order in which methods set attributes, a twin class imported under one name,
+    # a constant of the base class that a subclass computes.
+    options = (
+        "check_untyped_defs = True\nstrict_optional = False\n"
+        "disable_error_code = has-type, no-redef, override\n"
+    )
     config.write_text(f"[mypy]\nmypy_path = {folder}:{ROOT / 'lib'}\n{options}")
     run = subprocess.run(
         [sys.executable, "-m", "mypy", "--config-file", str(config), "--custom-typeshed-dir",
