@@ -42,7 +42,7 @@ def run(out, **_):
     outcome.notes = [
         f"The accelerometer's {OFFSET_G * 1000:.0f} mg look like a lean of 2.9 degrees; the speed"
         " loop finds the true balance without encoders.",
-        "The push: a hand tilts the body by 10 degrees within 60 ms and lets go.",
+        "The push: a hand tilts the body to 10 degrees within 60 ms and lets go.",
     ]
     near = t < 24
     picture = Picture("Lean, drive and travel", panels=3, height=7)

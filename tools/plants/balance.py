@@ -77,8 +77,8 @@ class Robot:
 class Balance(Plant):
     """The robot on four PWM pins (left forward, left back, right forward, right back).
 
-    It is held upright until hold_s. push (time s, angle deg, length s): a hand then tilts it by
-    this angle within this time, whatever the motors do, and lets go.
+    It is held upright until hold_s. push (time s, angle deg, length s): a hand then tilts it to
+    this lean within this time, whatever the motors do, and lets go.
     """
 
     columns = ("x_m", "speed_m_s", "lean_deg", "drive")
@@ -90,7 +90,7 @@ class Balance(Plant):
         self._hold = hold_s
         self._push = push
         self._height = height_m
-        self._lean_before = 0.0
+        self._grip = 0.0
 
     @property
     def fallen(self):
@@ -116,12 +116,10 @@ class Balance(Plant):
         since = t_s - at
         if not 0 <= since < length:
             return None
-        size = 4 * (angle_deg * _DEG - self._lean_before) / length**2
         if since < self.STEP_S:
-            self._lean_before = self.robot.p
-            size = 4 * (angle_deg * _DEG - self.robot.p) / length**2
+            self._grip = 4 * (angle_deg * _DEG - self.robot.p) / length**2
             self.robot.q = 0.0
-        return size if since < length / 2 else -size
+        return self._grip if since < length / 2 else -self._grip
 
     def _feel(self):
         robot, h = self.robot, self._height
