@@ -73,7 +73,7 @@ b2, m2, r2 = solve.from_rest([reads(f) for f in faces])
 def test_gyro_bias_self_test_and_offsets_on_the_board(board):
     board.bus.devices[0].set_motion(Feel((0.0, 0.0, 1.0), (3.0, -2.0, 1.0)))
     code = """
-from mpu6050 import calibrate, offsets, selftest
+from mpu6050 import calibrate, motion, offsets, selftest, thermal
 time.sleep_ms(50)
 cal = calibrate.gyro_bias(imu, seconds=0.02)
 selftest._SAMPLES = 10
