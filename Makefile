@@ -5,7 +5,7 @@ PYTHON ?= python3
 PY := .venv/bin/python
 OUT := out
 
-.PHONY: demo test bench accuracy faults experiments deploy lint types clean
+.PHONY: demo test bench accuracy faults experiments figures deploy lint types clean
 
 demo bench: .venv/ready
 	$(PY) -m tools.$@ $(ARGS)
@@ -18,6 +18,15 @@ faults: .venv/ready
 
 experiments: .venv/ready
 	$(PY) -m tools.experiments --out $(OUT)/experiments $(ARGS)
+
+# Measures all that the README quotes and writes it there; DATA: a folder of whole recordings.
+figures: .venv/ready
+	$(PY) -m tools.demo --out docs/demo.png
+	$(PY) -m tools.bench --json $(OUT)/figures/bench.json
+	$(PY) -m tools.accuracy $(if $(DATA),--data $(DATA)) --json $(OUT)/figures/accuracy.json
+	$(PY) -m tools.faults --json $(OUT)/figures/faults.json
+	$(PY) -m tools.experiments --out $(OUT)/figures
+	$(PY) -m tools.figures $(OUT)/figures
 
 deploy: .venv/ready
 	$(PY) -m tools.deploy $(if $(PORT),--port $(PORT)) $(ARGS)
