@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The estimators by the names of the knob `filter`: counts in, millidegrees out.
 
-All have update(...), roll_mdeg, pitch_mdeg, yaw_mdeg, state() and set_state(). The integer ones
-take update(counts) at a fixed period; the float ones are wrapped here (FromCounts) to take counts
-as well, and the measured time: update(counts, dt_us).
+All have update(...), roll_mdeg, pitch_mdeg, yaw_mdeg, state(), set_state() and relevel(). The
+integer ones take update(counts) at a fixed period; the float ones are wrapped here (FromCounts)
+to take counts as well, and the measured time: update(counts, dt_us). `timed` tells which.
 """
 
 _ATTITUDE = {
@@ -82,11 +82,13 @@ def make(config, calibration, imu):
 
 def carry_over(old, new):
     """Let `new`, with other settings, go on from the angles and biases of `old`."""
-    new.set_state(old.state())
+    new.go_on_from(old)
 
 
 class FromCounts:
     """A float filter fed with counts. It is given the measured time with each sample."""
+
+    timed = True
 
     def __init__(self, calibration, imu):
         self._gyro_lsb = imu.gyro_lsb_per_dps
@@ -101,6 +103,9 @@ class FromCounts:
             (counts[4] / dps, counts[5] / dps, counts[6] / dps),
         )
 
+    def go_on_from(self, other):
+        """Continue where another one of the same kind is, with own settings."""
+        self.set_state(other.state())
 
     def relevel(self):
         """The next sample starts anew: nobody knows what came before it."""

@@ -8,27 +8,30 @@ import sys
 
 
 class Outputs:
-    """Functions of one argument, the app. `failed` counts their exceptions."""
+    """Functions of one argument, the app. `failed` counts their exceptions.
+
+    active: whether there is any function.
+    """
 
     def __init__(self):
         self._updates = []
         self._safes = []
         self._is_safe = False
+        self.active = False
         self.failed = 0
         self.error = None
-
-    def __len__(self):
-        return len(self._updates)
 
     def add(self, update, safe=None):
         """Call `update(app)` after each step; `safe()` once when the estimate has gone stale."""
         self._updates.append(update)
+        self.active = True
         if safe is not None:
             self._safes.append(safe)
 
     def clear(self):
         """Take all functions away, their outputs safe."""
         self.safe()
+        self.active = False
         self._updates.clear()
         self._safes.clear()
 

@@ -6,6 +6,8 @@ it. 64 bytes divide the 256 of the USB buffer: a reader that goes away leaves it
 so the look before each write is enough never to wait.
 """
 
+import time
+
 import micropython
 
 HEADER = b"# roll, pitch, yaw in degrees; stale 1: no answer from the sensor, angle held\r\n"
@@ -48,7 +50,7 @@ class Telemetry:
         self._every = 0
         self._left = 0
         self._headed = False
-        self._on = False
+        self.on = False
         self.lines = 0
         self.dropped = 0
 
@@ -60,15 +62,34 @@ class Telemetry:
     def begin(self):
         """From now on lines are written; a header that names the units comes first."""
         self._headed = False
-        self._on = True
+        self.on = True
 
     def end(self):
         """No more lines."""
-        self._on = False
+        self.on = False
 
-    def tick(self, roll_mdeg, pitch_mdeg, yaw_mdeg, stale):
-        """Count a tick; write the line when it is due."""
-        if not self._every or not self._on:
+    def watch(self, seconds=None):
+        """Write lines until a key is pressed (or for some seconds).
+
+        The REPL and a line every 20 ms do not go together: a program on the PC that talks to
+        the REPL would take the lines for its answers. So they come while this waits.
+        """
+        self.begin()
+        began = time.ticks_ms()
+        try:
+            while not self.console.key():
+                time.sleep_ms(10)
+                passed = time.ticks_diff(time.ticks_ms(), began)
+                if seconds is not None and passed >= seconds * 1000:
+                    break
+        except KeyboardInterrupt:
+            pass
+        finally:
+            self.end()
+
+    def tick(self, angles, stale):
+        """Count a tick while `on`; write a line of angles.roll_mdeg ... when it is due."""
+        if not self._every:
             return
         self._left -= 1
         if self._left > 0:
@@ -82,9 +103,9 @@ class Telemetry:
             self.console.write(HEADER)
             return
         line = self._line
-        put_mdeg(line, _ROLL_AT, roll_mdeg)
-        put_mdeg(line, _PITCH_AT, pitch_mdeg)
-        put_mdeg(line, _YAW_AT, yaw_mdeg)
+        put_mdeg(line, _ROLL_AT, angles.roll_mdeg)
+        put_mdeg(line, _PITCH_AT, angles.pitch_mdeg)
+        put_mdeg(line, _YAW_AT, angles.yaw_mdeg)
         line[_STALE_AT] = 49 if stale else 48
         self.console.write(line)
         self.lines += 1

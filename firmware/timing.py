@@ -19,7 +19,7 @@ _TICKS = const(5)
 _LOST = const(6)
 _EXTRA = const(7)  # calls that came too early: queued during a stall, already counted as lost
 _OVERRUNS = const(8)
-_TOOK = const(9)  # duration of the last step, -1 before the first
+_TOOK = const(9)  # duration of the last step, -1 before the first; counted a tick later
 _DT_MIN = const(10)
 _DT_MAX = const(11)
 _LATE_MAX = const(12)
@@ -68,6 +68,11 @@ def account(words: ptr32, bins: ptr32, now: int) -> int:
         lost = (dt + (period >> 1)) // period - 1
         if lost < 0:
             lost = 0
+    took = words[_TOOK]
+    if took > words[_TOOK_MAX]:
+        words[_TOOK_MAX] = took
+    if took > period:
+        words[_OVERRUNS] += 1
     words[_LAST] = now
     if words[_TICKS] == 0:
         words[_TICKS] = 1
@@ -99,7 +104,7 @@ def account(words: ptr32, bins: ptr32, now: int) -> int:
         if which == 1:
             value = late if late > 0 else 0
         if which == 2:
-            value = words[_TOOK]
+            value = took
         if value >= 0:
             shift = 0
             while (value >> shift) > 15:
@@ -145,15 +150,6 @@ class Timing:
     def last_us(self):
         """Instant of the last accepted tick, of ticks_us."""
         return self.words[_LAST]
-
-    def took(self, us):
-        """Note the duration of the step, microseconds; longer than a period is an overrun."""
-        words = self.words
-        words[_TOOK] = us
-        if us > words[_TOOK_MAX]:
-            words[_TOOK_MAX] = us
-        if us > words[_PERIOD]:
-            words[_OVERRUNS] += 1
 
     def recent_period_us(self):
         """Mean period since the last call, rounded, in microseconds; 0 when there was none."""

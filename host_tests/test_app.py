@@ -253,7 +253,7 @@ def test_a_changed_parameter_takes_effect_at_once_and_keeps_the_angle(rig, platf
     stats = r.run_s(2)
     assert stats["lost"] == stats["errors"] == 0
     assert tilt_error_deg(r) < 2
-    with pytest.raises(ValueError, match="0.0001"):
+    with pytest.raises(ValueError, match=r"0\.0001"):
         r.app.set("kalman_r_measure", 0)
 
 

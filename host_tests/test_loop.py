@@ -119,12 +119,12 @@ def test_a_long_step_is_an_overrun_and_the_grid_stays(port):
     now = [0]
     loop, sources = make_loop(lambda dt: now.__setitem__(0, now[0] + 4500), lambda: now[0])
     loop.start()
-    for k in (1, 3):
+    for k in (1, 3, 5):
         now[0] = k * 4000
         sources[0].callback(None)
     stats = loop.stats()
-    assert stats["overruns"] == 2
-    assert stats["lost"] == 1
+    assert stats["overruns"] == 2  # the third is counted with the next tick
+    assert stats["lost"] == 2
     assert stats["step_max_us"] == 4500
 
 

@@ -93,7 +93,7 @@ def run(platform, path, seconds, stdout):
                 port.stdin = "q"  # a key: main.py gives the line back
 
         def on_line():
-            if not variables["app"].outputs:
+            if not variables["app"].outputs.active:
                 variables["app"].outputs.add(record)
             t_s = port.now_ns / 1e9
             return (t_s, *(float(a[0]) for a in roll_pitch_deg(_up([chip.truth(t_s)]))))
@@ -155,7 +155,7 @@ def estimates(app, recorded, stdout):
         else:
             app.config.set("filter", knob)
             f = filters.make(app.config, app.calibration, app.imu)
-            timed = isinstance(f, filters.FromCounts)
+            timed = f.timed
             angles = np.empty((len(rows), 2))
             for i, row in enumerate(rows):
                 for k in range(7):

@@ -42,7 +42,15 @@ class Fixed:
     .roll_mdeg and so on, at a fifth of a property's cost on the board (5 us against 20).
     """
 
+    _gyro_rows: int
+    _unit_per_deg: float
+    _shift_at: int
+    _state_at: int
+    _state_end: int
+    _angles_at: int
+
     yaw_mdeg = 0  # of filters that know roll and pitch only
+    timed = False  # update() takes no dt: the period is fixed
 
     def __init__(self, rate_hz, gyro_dps, accel_g, size):
         check_rate(rate_hz)
@@ -54,7 +62,6 @@ class Fixed:
         # property costs 30 us
         end = self._angles_at + self._gyro_rows
         self.angles_mdeg = memoryview(self._s)[self._angles_at : end]
-        self.angles_mdeg = memoryview(self._s)[self._angles_at : self._angles_at + self._gyro_rows]
         self._gyro_base = array("i", [0] * (4 * self._gyro_rows))
         self._period16 = self._nominal16 = int(16e6 / rate_hz + 0.5)
         self.calibrate(Ideal)
@@ -101,6 +108,10 @@ class Fixed:
     def state(self):
         """What set_state() takes to continue here: a tuple of integers."""
         return tuple(self._s[self._state_at : self._state_end])
+
+    def go_on_from(self, other):
+        """Continue where another one of the same kind is, with own settings."""
+        self.set_state(other.state())
 
     def set_state(self, state):
         """Continue from a state() of a filter with the same settings."""

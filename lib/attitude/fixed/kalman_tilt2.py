@@ -90,6 +90,11 @@ class KalmanTilt2(Fixed):
         """Start at the accelerometer's angles of the next sample; the bias stays."""
         self._s[_STARTED] = 0
 
+    def go_on_from(self, other):
+        """Continue from the angles and biases of another one, with own gains from their start."""
+        for i in range(_STARTED, _TABLE):
+            self._s[i] = other._s[i]
+
     @micropython.viper
     def update(self, counts: ptr16):
         """One sample: counts as the sensor gives them, ax ay az temp gx gy gz (int16)."""
