@@ -21,9 +21,9 @@ from micropython import const
 from firmware.app import App
 
 # Gains in permille of the supply and degrees; for the robot in tools/plants/balance.py.
-KP, KD = 160.0, 3.0
+KP, KD = 200.0, 6.0
 _SPEED_MDEG = const(20)  # of lean against each permille of drive
-TRAVEL = 0.010  # degrees of lean per permille of drive and second
+TRAVEL = 0.006  # degrees of lean per permille of drive and second
 _LAG_US = const(200000)  # of the drive's low-pass
 _LEAN_MAX_MDEG = const(12000)
 _FALLEN_MDEG = const(40000)
