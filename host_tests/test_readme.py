@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""What the README says of wiring, commands and files is what the project has."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tools import figures
+from tools.virtual.port import Port
+
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text()
+
+
+def wiring():
+    """{board: {signal: GPIO number}} of the README's table."""
+    rows = [re.split(r"\s*\|\s*", line.strip("| \n")) for line in README.splitlines()
+            if line.startswith("| ")]  # fmt: skip
+    head = next(row for row in rows if row[0].startswith("MPU6050"))
+    boards = {name: {} for column in head[1:] for name in column.split(", ")}
+    for row in rows:
+        for column, cell in zip(head[1:], row[1:]):
+            pin = re.match(r"(?:GP|GPIO )(\d+)", cell)
+            if pin and row[0][:3] in ("SDA", "SCL", "INT"):
+                for name in column.split(", "):
+                    boards[name][row[0][:3]] = int(pin[1])
+    return boards
+
+
+def test_the_wiring_table_is_the_one_of_the_firmware():
+    with Port("rp2"):
+        from firmware.board import BOARDS
+    rows = {row[0]: {"SDA": row[4], "SCL": row[5], "INT": row[6]} for row in BOARDS}
+    assert wiring() == rows
+
+
+def test_every_make_target_named_exists():
+    targets = set(re.findall(r"^([a-z ]+):", (ROOT / "Makefile").read_text(), re.M))
+    targets = {name for line in targets for name in line.split()}
+    named = set(re.findall(r"(?:^    |`)make ([a-z]+)", README, re.M))
+    assert {"demo", "test", "deploy"} <= named <= targets
+
+
+def test_every_file_and_folder_named_exists():
+    for name in re.findall(r"`((?:lib|firmware|host_tests|tools)/[\w/]*|\w+\.py)`", README):
+        assert (ROOT / name).exists(), name
+    for name in re.findall(r"\]\((?!http)([^)]+)\)", README):
+        assert (ROOT / name).exists(), name
+
+
+def test_a_section_is_replaced_and_a_missing_one_refused():
+    text = "a\n<!-- bench -->\nold\n<!-- end bench -->\nb"
+    assert figures.put(text, "bench", "new") == "a\n<!-- bench -->\nnew\n<!-- end bench -->\nb"
+    with pytest.raises(ValueError, match="faults"):
+        figures.put(text, "faults", "new")
