@@ -9,7 +9,7 @@ from array import array
 
 import micropython
 
-_laps = array("i", [0] * 60)
+_laps = array("i", [0] * 25)  # five blocks of Attitude at 250 Hz
 _empty_us = 0.0
 
 
@@ -54,7 +54,7 @@ def locked(call, argument, before):
         micropython.heap_unlock()
 
 
-def row(name, call, argument=None, before=gc.isenabled, n=60):
+def row(name, call, argument=None, before=gc.isenabled, n=25):
     gc.collect()
     gc.disable()
     size = laps(call, argument, before, n)

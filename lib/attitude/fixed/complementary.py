@@ -18,7 +18,7 @@ class Complementary:
     """Angle of one axis in millidegrees; settings as the float one, for a fixed rate.
 
     tau_s: time constant in seconds; alpha per sample is used as it stands when tau_s is None.
-    rate_hz: 10 to 2000. Within 1 millidegree of the float twin, while |rate| <= 4000 deg/s.
+    rate_hz: 10 to 2000. Within 5 millidegrees of the float twin.
     """
 
     def __init__(self, alpha=0.98, tau_s=None, rate_hz=250):

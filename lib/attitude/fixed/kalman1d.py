@@ -20,8 +20,9 @@ _TABLE = const(6)
 class Kalman1D:
     """One noisy value, an integer within +-180000 (millidegrees, counts); see the float twin.
 
-    q, r, p are variances in that unit squared. The gain does not depend on the data and is made
-    at construction, so a step costs no division. Within 1 unit and 1/5000 of a jump of the float twin.
+    q, r, p are variances in that unit squared; with q = 0 the gain stops falling at 1/4000. It
+    does not depend on the data and is made at construction, so a step costs no division. Within
+    2 units and 1/4000 of a jump of the float twin.
     """
 
     def __init__(self, q=0.125, r=10.0, p=1.0):
@@ -71,9 +72,10 @@ class Kalman1D:
                 s[_ROW] = row
                 s[_LEFT] = s[row]
                 s[_D] = s[row + 1]
-        k >>= 15
+        # a gain that falls for long needs all of its 30 bits
         t = (measurement << 11) - value
-        value += ((t >> 15) * k + ((t & 0x7FFF) * k >> 15)) >> s[_SHIFT]
+        row = (t >> 15) * (k & 0x7FFF) + (t & 0x7FFF) * (k >> 15) >> 15
+        value += ((t >> 15) * (k >> 15) + row) >> s[_SHIFT]
         s[_VALUE] = value
         return (value + 1024) >> 11
 
@@ -88,7 +90,7 @@ def _knots(q, r, p):
         p *= 1.0 - gain
         if n == due:
             knots.append((n, min(gain, 0.99996), 0.0))
-            if n > 20000 or (len(knots) > 6 and abs(gain - knots[-2][1]) <= 1e-4 * gain):
+            if n > 4000 or (len(knots) > 6 and abs(gain - knots[-2][1]) <= 1e-4 * gain):
                 return knots
             due = n + 1 + n // 12
         n += 1
