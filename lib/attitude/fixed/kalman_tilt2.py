@@ -43,7 +43,8 @@ class KalmanTilt2(Fixed):
     q_angle (deg^2/s), q_bias ((deg/s)^2/s), r_measure (deg^2): paper 000, eqs. 16-27. The
     covariance does not depend on the data, so the gains are made at construction.
     trust_g: the accelerometer's weight falls linearly from 1 at |a| = 1 g to 0 at 1 g +-
-    trust_g, a measurement noise that adapts to vibration and pushes; None: always 1.
+    trust_g, a measurement noise that adapts to pushes and knocks; None: always 1. Against motors
+    it makes things worse: put a LowPass or AdaptiveNotch ahead (figures: tools/vibration.py).
     It starts on the first sample's accelerometer angle. Motion about one axis at a time.
     """
 
