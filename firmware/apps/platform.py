@@ -88,9 +88,13 @@ class Platform:
 
 
 def start(app=None):
-    """Set up and run; returns the app, whose `.platform` has the axes."""
+    """Set up and run; returns the app, whose `.platform` has the axes.
+
+    With another sensor: app = App(); app.imu = MinIMU9(app.board.i2c()); start(app).
+    """
     app = app or App()
-    app.set("dlpf_hz", 94)
+    if app.imu is None:  # a sensor of the caller's, a MinIMU9 say, keeps its own filter
+        app.set("dlpf_hz", 94)
     pins = app.board.outputs
     servos = [Servo(PWM(Pin(pin))) for pin in pins[:2]]
     app.platform = Platform(servos, 1000000 // app.config.rate_hz)

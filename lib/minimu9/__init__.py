@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: MIT
+"""Pololu MinIMU-9 v2 (paper 002's sensor): L3GD20 gyro and LSM303DLHC accelerometer.
+
+The same interface as mpu6050.MPU6050, and the same counts: read() scales both chips to the
+MPU6050's counts per g and per deg/s at the same range, so filters and the app take either sensor.
+The two chips sample on their own clocks and are read one after the other: not one instant.
+Sources: L3GD20 data sheet DocID022116, LSM303DLHC DocID018771; register names as there.
+"""
+
+from array import array
+
+import micropython
+from micropython import const
+from mpu6050 import ranges
+from mpu6050.registers import Registers
+
+_WHO_AM_I = const(0x0F)  # gyro only: the accelerometer has no documented one
+_CTRL_REG1 = const(0x20)  # gyro DR [7:6] BW [5:4] PD [3] axes [2:0]; accel ODR [7:4] axes [2:0]
+_CTRL_REG4 = const(0x23)  # BDU [7], FS [5:4]; accel HR [3]
+_CTRL_REG5 = const(0x24)  # BOOT [7]: registers and trim as after power-on
+_GYRO_OUT = const(0xA6)  # OUT_TEMP, STATUS, OUT_X_L...: 0x26 with the auto-increment bit
+_ACCEL_OUT = const(0xA8)  # OUT_X_L_A...: 0x28 with the auto-increment bit
+_GYRO_760HZ = const(0xFF)  # 760 Hz, 100 Hz low-pass, awake, all axes
+_ACCEL_400HZ = const(0x77)
+_GYRO_ID = const(0xD4)
+_EIO = const(5)
+
+# full scale, FS code, mdps per digit | g, FS code, mg per digit of the upper 12 bits
+_GYRO = ((250, 0, 8.75), (500, 1, 17.5), (2000, 2, 70.0))
+_ACCEL = ((2, 0, 1.0), (4, 1, 2.0), (8, 2, 4.0), (16, 3, 12.0))
+
+
+@micropython.viper
+def _scale(raw: ptr8, n: int, counts: ptr16, at: int, factor: int):
+    """counts[at + k] = little-endian words of raw, times factor / 2^14, saturated."""
+    k = 0
+    while k < n:
+        value = ((int(raw[2 * k]) | int(raw[2 * k + 1]) << 8) ^ 0x8000) - 0x8000
+        value = (value * factor + 8192) >> 14
+        if value > 32767:
+            value = 32767
+        elif value < -32768:
+            value = -32768
+        counts[at + k] = value & 0xFFFF
+        k += 1
+
+
+class _L3GD20(Registers):
+    NAME = "L3GD20"
+
+
+class _LSM303(Registers):
+    NAME = "LSM303DLHC"
+
+
+class MinIMU9:
+    """Both chips, woken, configured and verified. `counts`: ax ay az temp gx gy gz.
+
+    gyro_dps 250, 500 or 2000; accel_g 2, 4, 8 or 16. Gyro 760 Hz behind 100 Hz, accelerometer
+    400 Hz. OSError says what was seen; ValueError lists what can be set.
+    """
+
+    split = False
+
+    def __init__(self, i2c, address=0x6B, accel_address=0x19, gyro_dps=500, accel_g=8):
+        gyro_code, mdps = _row(_GYRO, gyro_dps, "gyro_dps")
+        accel_code, mg = _row(_ACCEL, accel_g, "accel_g")
+        self.gyro_lsb_per_dps = ranges.gyro(gyro_dps)[1]
+        self.accel_lsb_per_g = ranges.accel(accel_g)[1]
+        self.gyro_range_dps, self.accel_range_g = gyro_dps, accel_g
+        self.rate_hz = 760.0
+        self.address = address
+        self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
+        self._gyro_factor = round(mdps / 1000 * self.gyro_lsb_per_dps * 16384)
+        self._accel_factor = round(mg / 16000 * self.accel_lsb_per_g * 16384)
+        self._gyro_raw, self._accel_raw = bytearray(8), bytearray(6)
+        self._gyro_words = memoryview(self._gyro_raw)[2:]
+        self._gyro, self._accel = _L3GD20(i2c, address), _LSM303(i2c, accel_address)
+        self._turn = self._gyro
+        self.who_am_i = self._identify()
+        self._gyro._table.extend(bytes((
+            _CTRL_REG1, _GYRO_760HZ, 0xFF, _CTRL_REG4, 0x80 | gyro_code << 4, 0xFF,
+        )))  # fmt: skip
+        self._accel._table.extend(bytes((
+            _CTRL_REG1, _ACCEL_400HZ, 0xFF, _CTRL_REG4, 0x88 | accel_code << 4, 0xFF,
+        )))  # fmt: skip
+        self.configure()
+
+    def _identify(self):
+        seen = bytearray(1)
+        try:
+            self._gyro.load(_WHO_AM_I, seen)
+        except OSError as error:
+            text = "no L3GD20 at 0x%02X: check wiring and power; SDO low is 0x6A" % self.address
+            raise OSError(error.args[0], text) from error
+        if seen[0] != _GYRO_ID:
+            text = "0x%02X: WHO_AM_I reads 0x%02X, expected 0x%02X (L3GD20)"
+            raise OSError(_EIO, text % (self.address, seen[0], _GYRO_ID))
+        return seen[0]
+
+    def read(self):
+        """Fetch one sample of each chip into `counts`. OSError when the bus fails."""
+        self._accel.load(_ACCEL_OUT, self._accel_raw)
+        self._gyro.load(_GYRO_OUT, self._gyro_raw)
+        counts = self.counts
+        _scale(self._accel_raw, 3, counts, 0, self._accel_factor)
+        _scale(self._gyro_words, 3, counts, 4, self._gyro_factor)
+        counts[3] = (self._gyro_raw[0] ^ 0x80) - 0x80
+
+    def start(self):
+        """Nothing: collect() reads."""
+
+    def collect(self):
+        """Read both chips; True."""
+        self.read()
+        return True
+
+    def finish(self):
+        """No burst is ever under way."""
+
+    def accel_g(self):
+        """(x, y, z) specific force in g of the last sample."""
+        c, lsb = self.counts, self.accel_lsb_per_g
+        return c[0] / lsb, c[1] / lsb, c[2] / lsb
+
+    def gyro_dps(self):
+        """(x, y, z) rate in degrees per second of the last sample."""
+        c, lsb = self.counts, self.gyro_lsb_per_dps
+        return c[4] / lsb, c[5] / lsb, c[6] / lsb
+
+    def temp_c(self):
+        """Degrees Celsius below an offset that the data sheet leaves open: for changes only."""
+        return -float(self.counts[3])
+
+    def configure(self):
+        """Apply both tables and verify them. OSError names the first bad register."""
+        self._gyro.apply_all()
+        self._accel.apply_all()
+
+    def reset_chip(self):
+        """Reboot both chips; repair() or configure() after 100 ms brings back the settings."""
+        for chip in (self._gyro, self._accel):
+            chip.store(_CTRL_REG1, 0x07)
+            chip.store(_CTRL_REG5, 0x80)
+
+    def reset_paths(self):
+        """Nothing: a reboot has no second step here."""
+
+    def use_bus(self, i2c):
+        """Work on this bus object from now on."""
+        self._gyro.bus = self._accel.bus = i2c
+
+    @property
+    def rows(self):
+        """How many rows both tables have."""
+        return self._gyro.rows + self._accel.rows
+
+    def rewind(self):
+        """Let the next check() or repair() begin with the first row."""
+        self._gyro.rewind()
+        self._accel.rewind()
+        self._turn = self._gyro
+
+    def check(self):
+        """Compare the next row with its chip: False when it differs. One short transaction."""
+        chip = self._turn
+        self._turn = self._accel if chip is self._gyro else self._gyro
+        return chip.check()
+
+    def repair(self):
+        """Write and verify the next row; True after the last one of both chips. OSError."""
+        if not self._turn.repair():
+            return False
+        done = self._turn is self._accel
+        self._turn = self._gyro if done else self._accel
+        return done
+
+
+def _row(table, wanted, name):
+    for row in table:
+        if row[0] == wanted:
+            return row[1:]
+    raise ValueError("%s=%s: choose one of %s" % (name, wanted, [row[0] for row in table]))
