@@ -10,7 +10,7 @@ import time
 
 import micropython
 
-HEADER = b"# roll, pitch, yaw in degrees; stale 1: no answer from the sensor, angle held\r\n"
+HEADER = b"# roll, pitch and yaw in degrees; stale: no answer from the sensor, angle held\r\n"
 _LINE = b"roll_deg:    0.00 pitch_deg:    0.00 yaw_deg:    0.00 stale:0 \r\n"
 _ROLL_AT = 9
 _PITCH_AT = 28

@@ -230,7 +230,7 @@ def test_main_prints_angles_until_a_key_and_leaves_app_and_imu(platform, tmp_pat
         lines = [line for line in printed.split("\r\n") if line.startswith("roll_deg:")]
         assert 90 <= len(lines) <= 130  # 50 a second for 2 s and some
         assert all(len(line) == 62 for line in lines)
-        assert printed.startswith("# roll, pitch, yaw in degrees")
+        assert printed.startswith("# roll, pitch and yaw in degrees")
         app = variables["app"]
         assert variables["imu"] is app.imu
         ticks = app.stats()["ticks"]

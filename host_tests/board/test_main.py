@@ -96,7 +96,7 @@ def test_mpremote_changes_a_parameter_while_it_runs_and_the_output_shows_it(depl
         "app.calibration = app.calibration.mounted((1, 0, 0, 0, c, -n, 0, n, c))\n"
         "app.set('complementary_tau_s', 60)\napp.watch(0.1)",
     )
-    assert printed.startswith("# roll, pitch, yaw in degrees")
+    assert printed.startswith("# roll, pitch and yaw in degrees")
     assert len(angles(printed)) >= 3 and abs(angles(printed)[-1]) < 2
     tune = "app.set('complementary_tau_s', 0.02)\napp.watch(0.1)"
     printed = board.mpremote("resume", "exec", tune)
