@@ -130,11 +130,9 @@ def slow(array):
         while i < 3:
             m = s[_MEAN + i]
             s[_HOME + i] = m
-            m = (m << 8) // n
-            s[_HOME_BIAS + i] = m
             t = s[_BIAS + i]
             if learned == 0:
-                t = m
+                t = (m << 8) // n
             s[_BIAS + i] = t + ((s[_SUM + i] << 8) // n - t) // d
             i += 1
         if learned == 0:
@@ -260,6 +258,10 @@ def slow(array):
             k = 0
     elif rested:
         k = (now << 8) // (t >> 7) if t else 0
+        i = 0
+        while i < 3:
+            s[_HOME_BIAS + i] = (s[_HOME + i] << 8) // n
+            i += 1
     if forget:
         k = 0
     if k >= 0:
