@@ -18,13 +18,13 @@ REST_S = 2
 RPM = (8400, 8460, 8580, 8700)
 
 
-def raw_record():
+def raw_record(seconds=SECONDS):
     """2 s at rest, then a sway of 25 degrees; four motors shake all the time; bias 2.5 deg/s."""
     sway = Sinusoid(25.0, 0.25, "roll", offset_deg=5.0, phase_deg=-90.0)
-    motion = Sequence((Still(-20.0), REST_S), (sway, SECONDS - REST_S))
+    motion = Sequence((Still(-20.0), REST_S), (sway, seconds - REST_S))
     tones = ((1, 1.0), (2, 0.3))
     motion = Vibration(RPM, (0.12, 0.12, 0.12), (2, 2, 2), over=motion, harmonics=tones)
-    return record(motion, SECONDS * RATE_HZ, RATE_HZ, 184, seed=1, gyro_bias_dps=(2.5, 0, 0))
+    return record(motion, seconds * RATE_HZ, RATE_HZ, 184, seed=1, gyro_bias_dps=(2.5, 0, 0))
 
 
 def complementary(rows, dt, p):

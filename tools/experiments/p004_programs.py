@@ -15,10 +15,11 @@ from attitude import Kalman1D, KalmanTilt, accel_tilt_deg, tilt_atan_deg
 from tools import recordings
 from tools.experiments import on_board
 from tools.experiments.outcome import RAW, Outcome, Picture
-from tools.virtual.motion import Sinusoid, Vibration
+from tools.virtual.motion import Sequence, Sinusoid, Still, Vibration
 
 PROGRAMS = Path(__file__).parent / "board"
 SAMPLES = 250
+REST_S = 1.3  # from power-on: boot, and the bias
 EACH = 4  # of the recording's 286 samples a second
 NAME = "02_undisturbed_slow_rotation_B.npz"
 FROM = 10 * 286
@@ -39,6 +40,8 @@ with open("/recording.bin", "rb") as f:
         f.readinto(counts)
         a = counts[0] / 4096, counts[1] / 4096, counts[2] / 4096
         rate = counts[4] / 65.5
+        if not k:  # where the integer filter starts
+            tilt.reset(accel_tilt_deg(*a)[0])
         row = (
             paper.update(tilt_atan_deg(*a)[0], rate * dt),
             tilt.update(accel_tilt_deg(*a)[0], rate, dt),
@@ -97,6 +100,8 @@ def _double(rows, dt):
     for ax, ay, az, _, gx, _, _ in rows:
         force = ax / 4096, ay / 4096, az / 4096
         angle = accel_tilt_deg(*force)[0]
+        if not out:
+            tilt.reset(angle)
         out.append((
             angle,
             paper.update(tilt_atan_deg(*force)[0], gx / 65.5 * dt),
@@ -107,7 +112,8 @@ def _double(rows, dt):
 
 def _programs(outcome, out):
     """Both programs as they are, but for fewer samples of rest and an end."""
-    motion = Vibration(3000, (0.08,) * 3, (1,) * 3, over=Sinusoid(15.0, 1.0, "roll"))
+    sway = Sequence((Still(), REST_S), (Sinusoid(15.0, 1.0, "roll"), 10.0))
+    motion = Vibration(3000, (0.08,) * 3, (1,) * 3, over=sway)
     curves = {}
     for name, period_s in (("unfiltered", 0.05), ("filtered", 0.04)):
         code = (PROGRAMS / f"p004_{name}.py").read_text(encoding="utf-8")
