@@ -45,12 +45,11 @@ def _scale(raw: ptr8, n: int, counts: ptr16, at: int, factor: int):
         k += 1
 
 
-class _L3GD20(Registers):
-    NAME = "L3GD20"
-
-
-class _LSM303(Registers):
-    NAME = "LSM303DLHC"
+class _Chip(Registers):
+    def __init__(self, i2c, address, name, control1, control4):
+        super().__init__(i2c, address)
+        self.NAME = name
+        self._table.extend(bytes((_CTRL_REG1, control1, 0xFF, _CTRL_REG4, control4, 0xFF)))
 
 
 class MinIMU9:
@@ -75,15 +74,11 @@ class MinIMU9:
         self._accel_factor = round(mg / 16000 * self.accel_lsb_per_g * 16384)
         self._gyro_raw, self._accel_raw = bytearray(8), bytearray(6)
         self._gyro_words = memoryview(self._gyro_raw)[2:]
-        self._gyro, self._accel = _L3GD20(i2c, address), _LSM303(i2c, accel_address)
+        self._gyro = _Chip(i2c, address, "L3GD20", _GYRO_760HZ, 0x80 | gyro_code << 4)
+        accel_code = 0x88 | accel_code << 4
+        self._accel = _Chip(i2c, accel_address, "LSM303DLHC", _ACCEL_400HZ, accel_code)
         self._turn = self._gyro
         self.who_am_i = self._identify()
-        self._gyro._table.extend(bytes((
-            _CTRL_REG1, _GYRO_760HZ, 0xFF, _CTRL_REG4, 0x80 | gyro_code << 4, 0xFF,
-        )))  # fmt: skip
-        self._accel._table.extend(bytes((
-            _CTRL_REG1, _ACCEL_400HZ, 0xFF, _CTRL_REG4, 0x88 | accel_code << 4, 0xFF,
-        )))  # fmt: skip
         self.configure()
 
     def _identify(self):
