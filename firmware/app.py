@@ -220,6 +220,6 @@ class App:
             made, made.timed, self._period_us, self.health.memory, self.imu.gyro_lsb_per_dps
         )
         if old is not None:
-            filters.carry_over(old, made)
+            made.go_on_from(old)
         self.bridge = bridge
         return made

@@ -72,28 +72,28 @@ def make(config, calibration, imu):
             accel_range_g=imu.accel_range_g,
             **settings,
         )
-        return FloatAttitude(core, calibration, imu)
+        return FloatAttitude((core,), calibration, imu)
     if name == "float.kalman":
         from attitude import KalmanTilt as kind
     else:
         from attitude import Complementary as kind
-    return FloatTilt(kind(**settings), kind(**settings), calibration, imu)
-
-
-def carry_over(old, new):
-    """Let `new`, with other settings, go on from the angles and biases of `old`."""
-    new.go_on_from(old)
+    return FloatTilt((kind(**settings), kind(**settings)), calibration, imu)
 
 
 class FromCounts:
-    """A float filter fed with counts. It is given the measured time with each sample."""
+    """Float filters fed with counts: `cores`, one of three axes or one for each axis.
+
+    Given the measured time with each sample. Allocates, so the collector runs now and then.
+    """
 
     timed = True
 
-    def __init__(self, calibration, imu):
+    def __init__(self, cores, calibration, imu):
+        self.cores = cores
         self._gyro_lsb = imu.gyro_lsb_per_dps
         self._accel_lsb = imu.accel_lsb_per_g
         self._calibration = calibration
+        self._started = False
         self.roll_mdeg = self.pitch_mdeg = self.yaw_mdeg = 0
 
     def _physical(self, counts):
@@ -103,73 +103,66 @@ class FromCounts:
             (counts[4] / dps, counts[5] / dps, counts[6] / dps),
         )
 
-    def go_on_from(self, other):
-        """Continue where another one of the same kind is, with own settings."""
-        self.set_state(other.state())
+    def reset(self):
+        """Start anew on the next sample."""
+        self._started = False
+        for core in self.cores:
+            core.reset()
 
     def relevel(self):
         """The next sample starts anew: nobody knows what came before it."""
         self.reset()
 
+    def state(self):
+        """What set_state() takes to continue here."""
+        return [core.state() for core in self.cores]
+
+    def set_state(self, state):
+        """Continue from a state() of the same kind."""
+        self._started = True
+        for core, own in zip(self.cores, state):
+            if hasattr(core, "set_state"):
+                core.set_state(own)
+            elif isinstance(own, tuple):
+                core.reset(*own)
+            else:
+                core.reset(own)
+
+    def go_on_from(self, other):
+        """Continue where another one of the same kind is, with own settings."""
+        self.set_state(other.state())
+
 
 class FloatAttitude(FromCounts):
-    """The float Attitude on counts; allocates, so the collector runs now and then."""
-
-    def __init__(self, core, calibration, imu):
-        super().__init__(calibration, imu)
-        self.core = core
+    """The float Attitude."""
 
     def update(self, counts, dt_us):
         """One sample, dt_us after the last."""
         (ax, ay, az), (gx, gy, gz) = self._physical(counts)
-        core = self.core
+        core = self.cores[0]
         core.update(gx, gy, gz, ax, ay, az, dt_us * 1e-6)
         self.roll_mdeg = round(core.roll_deg * 1000)
         self.pitch_mdeg = round(core.pitch_deg * 1000)
         self.yaw_mdeg = round(core.yaw_deg * 1000)
 
-    def reset(self):
-        self.core.reset()
-
-    def state(self):
-        return self.core.state()
-
-    def set_state(self, state):
-        self.core.set_state(state)
-
 
 class FloatTilt(FromCounts):
-    """Two one-axis filters, for roll and pitch, on counts; yaw stays 0. Allocates."""
+    """Two one-axis filters, for roll and pitch; yaw stays 0."""
 
-    def __init__(self, roll, pitch, calibration, imu):
-        super().__init__(calibration, imu)
-        self.roll = roll
-        self.pitch = pitch
-        self._started = False
+    def __init__(self, cores, calibration, imu):
+        from attitude import accel_tilt_deg
+
+        super().__init__(cores, calibration, imu)
+        self._tilt_deg = accel_tilt_deg
 
     def update(self, counts, dt_us):
         """One sample, dt_us after the last; the first one sets the angles."""
-        from attitude import accel_tilt_deg
-
         accel, (gx, gy, _) = self._physical(counts)
-        roll, pitch = accel_tilt_deg(*accel)
+        angles = self._tilt_deg(*accel)
         if not self._started:
             self._started = True
-            self.roll.reset(roll)
-            self.pitch.reset(pitch)
-        self.roll_mdeg = round(self.roll.update(roll, gx, dt_us * 1e-6) * 1000)
-        self.pitch_mdeg = round(self.pitch.update(pitch, gy, dt_us * 1e-6) * 1000)
-
-    def reset(self):
-        self._started = False
-
-    def state(self):
-        return self.roll.state(), self.pitch.state()
-
-    def set_state(self, state):
-        for core, own in ((self.roll, state[0]), (self.pitch, state[1])):
-            if isinstance(own, tuple):
-                core.reset(*own)
-            else:
-                core.reset(own)
-        self._started = True
+            for core, angle in zip(self.cores, angles):
+                core.reset(angle)
+        roll, pitch = self.cores
+        self.roll_mdeg = round(roll.update(angles[0], gx, dt_us * 1e-6) * 1000)
+        self.pitch_mdeg = round(pitch.update(angles[1], gy, dt_us * 1e-6) * 1000)
