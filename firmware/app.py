@@ -192,6 +192,7 @@ class App:
             config.failsafe_ms * 1000,
             10 + 3 * config.rate_hz // config.sensor_hz,
             1000000 // config.dlpf_hz,
+            config.rate_hz // 10,
         )
         self.sensing = Sensing(self.imu, board, self.health, split)
         self.telemetry.set_rate(config.telemetry_hz, config.rate_hz)

@@ -9,7 +9,8 @@ from array import array
 import micropython
 from micropython import const
 
-# what judge() returns besides 0; places in health.POLICY
+# what judge() returns besides 0; faults are places in health.POLICY
+LOOK = const(-1)  # a good burst, and time to look at something else as well
 FILL = const(3)
 FROZEN = const(4)
 JUMP = const(5)
@@ -22,7 +23,10 @@ _SAME = const(19)  # how often the same burst came
 _JUMPS = const(20)  # rejected as a leap in a row
 _PRIMED = const(21)
 _ACCEL_OVER = const(22)  # bursts with a saturated accelerometer, which are good
-_WORDS = const(24)
+_SAME_MAX = const(23)  # identical bursts in a row that are still good
+_LEFT = const(24)  # good bursts until judge() says LOOK, and how many there are between two
+_EVERY = const(25)
+_WORDS = const(26)
 
 # Largest step of one sample, counts. Gyro: an eighth of full scale, what a flipped bit 12 makes;
 # accelerometer: half of full scale, since vibration is not a fault.
@@ -32,9 +36,20 @@ _NEAR = const(26000)  # of 32768: a leap to there is the edge of a saturation
 _AGREES = const(2)  # rejections after which a leap is believed
 
 
-def memory():
-    """What judge() has to remember between two calls."""
-    return array("H", [0] * _WORDS)
+def memory(same_max=10, look_every=25):
+    """What judge() has to remember between two calls.
+
+    same_max: identical bursts in a row that are still good; look_every: good bursts until LOOK.
+    """
+    words = array("H", [0] * _WORDS)
+    words[_SAME_MAX] = same_max
+    words[_LEFT] = words[_EVERY] = look_every
+    return words
+
+
+def look_next(words):
+    """Let judge() say LOOK with the next good burst."""
+    words[_LEFT] = 1
 
 
 def forget(words):
@@ -67,11 +82,9 @@ def accel_saturated(words):
 
 
 @micropython.viper
-def judge(counts, words, same_max: int) -> int:
-    """0 for a good burst, which is remembered; else the fault's code, and counts are put back to
-    the last good burst.
-
-    same_max: identical bursts in a row that are still good.
+def judge(counts, words) -> int:
+    """0 or LOOK for a good burst, which is remembered; else the fault's code, and counts are put
+    back to the last good burst.
     """
     c = ptr16(counts)
     m = ptr16(words)
@@ -98,7 +111,7 @@ def judge(counts, words, same_max: int) -> int:
     leap = x - m[0] + _ACCEL_LEAP | y - m[1] + _ACCEL_LEAP | z - m[2] + _ACCEL_LEAP
     large |= (x ^ x << 1 | y ^ y << 1 | z ^ z << 1 | leap) & 0x8000
     if large or fresh == 0 or m[_PRIMED] == 0:
-        return int(_look(counts, words, same_max))
+        return int(_doubt(counts, words))
     m[_BEFORE] = m[4]
     m[_BEFORE + 1] = m[5]
     m[_BEFORE + 2] = m[6]
@@ -110,11 +123,16 @@ def judge(counts, words, same_max: int) -> int:
     m[6] = c[6]
     m[_SAME] = 0
     m[_JUMPS] = 0
-    return 0
+    t = m[_LEFT] - 1
+    m[_LEFT] = t
+    if t:
+        return 0
+    m[_LEFT] = m[_EVERY]
+    return LOOK
 
 
 @micropython.viper
-def _look(counts, words, same_max: int) -> int:
+def _doubt(counts, words) -> int:
     """The long way of judge().
 
     A leap is believed when the next burst agrees with it, or after two rejections.
@@ -157,7 +175,7 @@ def _look(counts, words, same_max: int) -> int:
             jumps = m[_JUMPS]
             if changed:
                 m[_SAME] = 0
-            elif m[_SAME] < same_max:
+            elif m[_SAME] < m[_SAME_MAX]:
                 m[_SAME] += 1
             else:
                 fault = FROZEN
@@ -174,7 +192,13 @@ def _look(counts, words, same_max: int) -> int:
                 m[_BEFORE - 4 + i] = m[i]
             m[i] = c[i]
         i += 1
-    if fault == 0:
-        m[_PRIMED] = 1
-        m[_JUMPS] = 0
-    return fault
+    if fault:
+        return fault
+    m[_PRIMED] = 1
+    m[_JUMPS] = 0
+    i = m[_LEFT] - 1
+    m[_LEFT] = i
+    if i:
+        return 0
+    m[_LEFT] = m[_EVERY]
+    return LOOK

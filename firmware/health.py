@@ -52,16 +52,16 @@ class Health:
     """Faults by cause, faults in a row, and the age of the last good sample.
 
     stale_us: age from which the estimate is stale; same_max: identical bursts in a row allowed;
-    ring_us: how long the sensor's low-pass still shows a saturation that is over.
+    ring_us: how long the sensor's low-pass still shows a saturation that is over; look_every:
+    good bursts between two looks at a register.
     gap_us: set by the burst that ends an outage to the time since the good one before it.
     """
 
-    def __init__(self, stale_us=100000, same_max=10, ring_us=22000):
+    def __init__(self, stale_us=100000, same_max=10, ring_us=22000, look_every=25):
         self.stale_us = stale_us
         self.ring_us = ring_us
-        self.same_max = same_max
         self.counts = array("i", [0] * len(POLICY))
-        self.memory = guard.memory()
+        self.memory = guard.memory(same_max, look_every)
         self.age_us = 0
         self.gap_us = 0
         self.in_row = 0
@@ -99,6 +99,7 @@ class Health:
     def wait(self, dt_us):
         """A tick without a sample that is no new fault: repairing, or settling after it."""
         self.in_row += 1
+        guard.look_next(self.memory)
         if self.age_us < _AGE_MAX_US:
             self.age_us += dt_us
 

@@ -6,6 +6,7 @@ The policy is health.POLICY. What an action needs is spread over ticks, so that 
 
 import errno
 
+import micropython
 from micropython import const
 from mpu6050 import profiles
 
@@ -24,7 +25,6 @@ _RESET_DONE = const(6)
 
 _RESET_US = const(100000)  # after each step of a reset (RM p. 41)
 _SETTLE_US = const(35000)  # gyro start-up to within 1 % (PS p. 12)
-_CHECK_US = const(100000)  # between two looks at a register: all of them in 1.1 seconds
 _SHORT_US = const(15000)  # in an outage shorter than this no chip can have lost its settings
 _MODES = {
     h.VERIFY: (_VERIFY, 0),
@@ -49,7 +49,8 @@ class Sensing:
         self._split = split
         self._mode = _RUN
         self._wait_us = 0
-        self._check_us = _CHECK_US
+        self._counts = imu.counts
+        self._memory = health.memory
         self._row = 0
         self._sure = True  # that the chip has its settings
         self.another = False
@@ -59,6 +60,7 @@ class Sensing:
         if self._mode <= _SETTLE:
             self._imu.start()
 
+    @micropython.native  # bytecode takes 30 us longer
     def fetch(self, dt_us):
         """True with a new good burst in imu.counts; False with the last good one there.
 
@@ -67,22 +69,27 @@ class Sensing:
         if self._mode:
             self._mend(dt_us)
             return False
-        health = self._health
-        imu = self._imu
         try:
             if self._split:
-                while not imu.collect():
+                while not self._imu.collect():
                     pass  # it ends: the driver raises ETIMEDOUT
             else:
-                imu.read()
-            cause = judge(imu.counts, health.memory, health.same_max)
+                self._imu.read()
+            cause = judge(self._counts, self._memory)
+            if not cause:
+                return True
         except OSError as error:
             cause = _cause(error)
-        if cause:
-            if cause <= h.FROZEN:
-                self._sure = False
-            self._act(health.bad(cause, dt_us))
-            return False
+        if cause == guard.LOOK:
+            return self._look(dt_us)
+        if cause <= h.FROZEN:
+            self._sure = False
+        self._act(self._health.bad(cause, dt_us))
+        return False
+
+    def _look(self, dt_us):
+        """A good burst after an outage, or time to compare the next of the registers."""
+        health = self._health
         if health.in_row:
             if not self._sure and health.age_us > _SHORT_US:
                 self._act(h.VERIFY)
@@ -90,20 +97,14 @@ class Sensing:
                 return False
             self._sure = True
             health.good(dt_us)
-        self._check_us -= dt_us
-        if self._check_us < 0:
-            self._look()
-        return True
-
-    def _look(self):
-        """Compare the next register, one of the eleven."""
-        self._check_us = _CHECK_US
+            return True
         try:
             if not self._imu.check():
-                self._health.count(h.REGISTER)
+                health.count(h.REGISTER)
                 self._act(h.REPAIR)
         except OSError as error:
-            self._health.count(_cause(error))
+            health.count(_cause(error))
+        return True
 
     def _act(self, action):
         if action == h.HOLD:

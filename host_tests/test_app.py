@@ -140,7 +140,7 @@ def test_the_sample_is_half_a_millisecond_old_with_a_burst_in_the_background(rig
     r.run_s(0.1)
     bursts = [t.t_ns for t in r.bus.log if len(t.read) == 14]
     ages = [now - max(t for t in bursts if t < now) for now in began[1:]]
-    assert max(ages) < 600_000
+    assert max(ages) < 700_000  # with a look at a register in between
 
 
 @both

@@ -35,5 +35,8 @@ def wrap(rig, for_s):
     rig.run((_TICKS_S - passed - lead_s) % _TICKS_S)
     rig.bus.advance(rig.port.now_ns)
     rig.chip.set_motion(FreeMotion(round(passed), rest_s=1.2), restart=True)
+    for _ in range(5):  # the chip's low-pass forgets the motion before
+        rig.app.imu.read()
+        rig.run(0.01)
     rig.start()
     rig.run(_TICKS_S - (rig.now_s + _TICKS_S - _START_BEFORE_WRAP_S) % _TICKS_S)

@@ -53,7 +53,7 @@ class FifoRig(Rig):
 
     def _take(self, counts):
         lost = self.fifo.overflows + self.fifo.misaligned
-        good = not self.judge(counts, self.memory, 10)
+        good = self.judge(counts, self.memory) <= 0
         if lost != self.lost:  # the first one after samples were lost
             self.lost = lost
             gap_s = self.now_s - self.seen_s
