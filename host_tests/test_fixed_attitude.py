@@ -191,3 +191,17 @@ def test_bad_settings_are_refused():
         Attitude(tau_s=0)
     with pytest.raises(ValueError, match="start_bias_dps"):
         Attitude(start_bias_dps=50)
+
+
+def test_a_gap_while_resting_keeps_yaw_and_bias():
+    filt = Attitude()
+    still = [[0, 0, 4096, 0, 393, -65, 33]] * 600  # 6 deg/s of bias, far beyond bias_limit_dps
+    run(filt, still)
+    filt.relevel()
+    out = run(filt, [[0, 2048, 3547, 0, 393, -65, 33]] * 50)
+    assert out[:, 0] == pytest.approx(30.0, abs=0.02)
+    assert filt.bias_dps[0] == pytest.approx(6.0, abs=1e-3)
+    # and it is still the bias that motion may change by little
+    wobble = [[0, 2048, 3547, 0, 393 + (-1) ** (n // 25) * 500, -65, 33] for n in range(2500)]
+    run(filt, wobble)
+    assert filt.bias_dps[0] == pytest.approx(6.0, abs=2.0)

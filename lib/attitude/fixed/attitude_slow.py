@@ -130,9 +130,11 @@ def slow(array):
         while i < 3:
             m = s[_MEAN + i]
             s[_HOME + i] = m
+            m = (m << 8) // n
+            s[_HOME_BIAS + i] = m
             t = s[_BIAS + i]
             if learned == 0:
-                t = (m << 8) // n
+                t = m
             s[_BIAS + i] = t + ((s[_SUM + i] << 8) // n - t) // d
             i += 1
         if learned == 0:
@@ -258,10 +260,6 @@ def slow(array):
             k = 0
     elif rested:
         k = (now << 8) // (t >> 7) if t else 0
-        i = 0
-        while i < 3:
-            s[_HOME_BIAS + i] = (s[_HOME + i] << 8) // n
-            i += 1
     if forget:
         k = 0
     if k >= 0:
