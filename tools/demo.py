@@ -240,7 +240,7 @@ def main():
     print(timing(recorded["stats"], f"the virtual {args.port}"))
     if args.board == "emulated":
         print("booting the emulated RP2040 ...", flush=True)
-        print(timing(emulated(args.motion, 2.0), "the emulated RP2040"))
+        print(timing(emulated(args.motion, 1.0), "the emulated RP2040"))
     from tools.demo_picture import draw
 
     draw(recorded, args.out)

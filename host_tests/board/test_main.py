@@ -120,6 +120,33 @@ def test_250_hz_for_half_a_second(deployed):
     assert s["late_max_us"] <= 100
 
 
+def test_the_asynchronous_form_on_the_real_asyncio(deployed):
+    board, _ = deployed
+    out = board.exec(
+        "import asyncio\n"
+        "async def main():\n"
+        "    n = 0\n"
+        "    async for same in app.samples():\n"
+        "        n += same is app\n"
+        "        if n == 20:\n"
+        "            return app.stats()['ticks']\n"
+        "app.start()\nprint(asyncio.run(main()))\napp.stop()\n"
+    )
+    assert 20 <= int(out) <= 24
+
+
+def test_the_int_line_sets_the_pace(deployed):
+    board, _ = deployed
+    s = stats_of(
+        board,
+        "app.set('drive', 'data-ready')\napp.start()\ntime.sleep_ms(300)\ns = app.stats()\n"
+        "app.stop()\napp.set('drive', 'timer')",
+    )
+    assert 72 <= s["ticks"] <= 76
+    assert s["lost"] == s["errors"] == s["edges_missing"] == 0
+    assert s["jitter_p99_us"] <= 100
+
+
 def test_one_kilohertz_for_two_seconds_with_the_heap_locked(deployed):
     board, _ = deployed
     board.exec(
