@@ -5,7 +5,7 @@ from array import array
 
 import micropython
 import pytest
-from attitude.fixed import AdaptiveNotch, Attitude, KalmanTilt2, LowPass, Notch
+from attitude.fixed import AdaptiveNotch, Attitude, Complementary, KalmanTilt2, LowPass, Notch
 
 from host_tests.fixed_inputs import KINDS, Skewed, adversarial
 
@@ -68,6 +68,33 @@ def test_no_input_overflows_the_biquads(kind):
 def test_a_resonance_at_full_scale_does_not_overflow_the_biquads():
     for filt in (LowPass(125, 1000, 20), Notch(125, 1000, 20), AdaptiveNotch(60, 200, 1000, 20)):
         feed(filt, [[32767] * 7 if i % 8 < 4 else [-32768] * 7 for i in range(4000)])
+
+
+@pytest.mark.parametrize("make,rate_hz", [(Attitude, 40), (KalmanTilt2, 20)])
+def test_the_slowest_rates_do_not_overflow(make, rate_hz):
+    for kind in KINDS:
+        filt = make(rate_hz, 500, 16)
+        filt.calibrate(Skewed)
+        feed(filt, adversarial(kind, SAMPLES))
+
+
+def test_rates_beyond_the_formats_are_refused():
+    for make, rate_hz, gyro_dps in (
+        (Attitude, 39, 250),
+        (Attitude, 79, 2000),
+        (KalmanTilt2, 79, 2000),
+        (KalmanTilt2, 9, 250),
+        (KalmanTilt2, 2001, 250),
+    ):
+        with pytest.raises(ValueError, match=r"rate_hz \d+: must be \d+ to 2000"):
+            make(rate_hz, gyro_dps)
+
+
+def test_no_rate_overflows_the_complementary_filter():
+    for rate_hz in (10, 250, 2000):
+        filt = Complementary(tau_s=100.0, rate_hz=rate_hz)
+        for n in range(SAMPLES):
+            filt.update((-180000, 180000)[n // 50 % 2], (2**30 - 1, -(2**30))[n // 300 % 2])
 
 
 def test_an_impossible_matrix_is_refused():

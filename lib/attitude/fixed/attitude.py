@@ -43,6 +43,7 @@ class Attitude(Fixed):
     _state_at = _STATE
     _state_end = _STATE_END
     _angles_at = _ROLL
+    _least_hz = 40  # so that a block of samples is no longer than 25 ms
 
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         super().__init__(rate_hz, gyro_dps, accel_g, _SIZE)

@@ -2,8 +2,18 @@
 """The step of the integer Attitude: one viper function, since a call costs as much as a filter.
 
 Qn is a number times 2^n. "inc" is a rate times dt / 4 in 2^-30 rad, so that the sum of two is
-the trapezoid's half angle. No intermediate result leaves 32 bits for any counts: the bounds
-stand at the formats, and the tests run it with every operation checked.
+the trapezoid's half angle. No intermediate result leaves 32 bits for any counts; the bounds it
+rests on, all the same for any range, rate (folding.check_rate) and calibration (folding):
+
+    calibrated accelerometer   65000 counts: 2^16, so times a Q15 matrix element below 2^31
+    half angle of a sample     0.42 rad: 2^28.8; its square Q30 below 2^28
+    |q|                        1 within 0.25 %, as the trim follows each turn by one sample
+    level acceleration e       55 g * 2^24 = 2^29.8; velocity clamped to 64 g, position to 15.5 g,
+                               so e - 2 p and v - 2 p are below 2^30.7
+    correction of a sample     clamped to 0.05 rad of half angle
+    lag_s * rate               1.2 rad Q15 (attitude_setup cuts lag_s)
+
+The tests run it under the checked viper with inputs made to break these.
 """
 
 import micropython

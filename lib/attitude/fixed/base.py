@@ -48,15 +48,16 @@ class Fixed:
     _state_at: int
     _state_end: int
     _angles_at: int
+    _least_hz = 10
 
     yaw_mdeg = 0  # of filters that know roll and pitch only
     timed = False  # update() takes no dt: the period is fixed
 
     def __init__(self, rate_hz, gyro_dps, accel_g, size):
-        check_rate(rate_hz)
         self.rate_hz = rate_hz
         self._gyro_lsb = lsb(GYRO_LSB_PER_DPS, gyro_dps, "gyro_dps")
         self._accel_lsb = lsb(ACCEL_LSB_PER_G, accel_g, "accel_g")
+        check_rate(rate_hz, gyro_dps, self._least_hz)
         self._s = array("i", [0] * size)
         # roll, pitch (and yaw) as a live array 'i': for what reads them each tick, since a
         # property costs 30 us

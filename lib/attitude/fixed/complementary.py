@@ -12,6 +12,8 @@ _ANGLE = const(0)  # 1/2048 millidegree: 180 degrees are 2^28.5
 _GAIN = const(1)  # 1 - alpha, Q15
 _DT = const(2)  # mdeg/s to 1/2048 millidegree per sample, times 2^SHIFT, 15 bits
 _DT_SHIFT = const(3)
+_GAIN_SHIFT = const(4)
+_MOST = const(5)
 
 
 class Complementary:
@@ -22,7 +24,7 @@ class Complementary:
     """
 
     def __init__(self, alpha=0.98, tau_s=None, rate_hz=250):
-        check_rate(rate_hz)
+        check_rate(rate_hz, 0)
         if tau_s is not None:
             alpha = tau_s / (tau_s + 1.0 / rate_hz)
         if not 0.0 <= alpha <= 1.0:
@@ -36,7 +38,8 @@ class Complementary:
         while fine < 14 and (1.0 - alpha) * (2 << fine) <= 1.0:
             fine += 1
         gain = int((1.0 - alpha) * (32768 << fine) + 0.5)
-        self._s = array("i", (0, gain, int(dt * (1 << shift) + 0.5), shift, fine))
+        most = int(min(4e6, 1.7e5 * rate_hz))  # mdeg/s: no sensor's, and under half a turn
+        self._s = array("i", (0, gain, int(dt * (1 << shift) + 0.5), shift, fine, most))
 
     def reset(self, angle_mdeg=0):
         """Continue from this angle; give the first accelerometer angle to start on it."""
@@ -54,13 +57,13 @@ class Complementary:
     def update(self, accel_mdeg: int, rate_mdps: int) -> int:
         """Angle (within +-180000) and rate in milli-units -> angle in millidegrees.
 
-        A rate beyond +-4000 deg/s, which no sensor gives, is cut.
+        A rate beyond +-4000 deg/s, or 170 degrees a sample, is cut.
         """
         s = ptr32(self._s)
-        if rate_mdps > 4000000:
-            rate_mdps = 4000000
-        elif rate_mdps < -4000000:
-            rate_mdps = -4000000
+        if rate_mdps > s[_MOST]:
+            rate_mdps = s[_MOST]
+        elif rate_mdps < 0 - s[_MOST]:
+            rate_mdps = 0 - s[_MOST]
         # 22 bits by 15 bits
         t = (rate_mdps >> 11) * s[_DT] + ((rate_mdps & 0x7FF) * s[_DT] >> 11)
         n = s[_DT_SHIFT] - 11
@@ -70,7 +73,7 @@ class Complementary:
             t -= 737280000
         elif t < -368640000:
             t += 737280000
-        a += ((t >> 15) * s[_GAIN] + ((t & 0x7FFF) * s[_GAIN] >> 15)) >> s[4]
+        a += ((t >> 15) * s[_GAIN] + ((t & 0x7FFF) * s[_GAIN] >> 15)) >> s[_GAIN_SHIFT]
         if a > 368640000:
             a -= 737280000
         elif a < -368640000:

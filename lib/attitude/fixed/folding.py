@@ -30,10 +30,14 @@ def lsb(table, full_scale, name):
     return table[full_scale]
 
 
-def check_rate(rate_hz):
-    """ValueError for a rate that the fixed-point formats do not hold."""
-    if not 10 <= rate_hz <= 2000:
-        raise ValueError("rate_hz %s: must be 10 to 2000" % rate_hz)
+def check_rate(rate_hz, gyro_dps, least_hz=10):
+    """ValueError for a rate that the fixed-point formats do not hold, whatever the gyro gives.
+
+    A sample may turn by 25 degrees at most: 80 Hz at 2000 deg/s, 20 Hz at 500 deg/s.
+    """
+    least_hz = max(least_hz, gyro_dps / 25)
+    if not least_hz <= rate_hz <= 2000:
+        raise ValueError("rate_hz %s: must be %d to 2000 with this gyro" % (rate_hz, least_hz))
 
 
 def largest_sum(matrix, row, offset):

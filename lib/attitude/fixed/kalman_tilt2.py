@@ -65,7 +65,7 @@ class KalmanTilt2(Fixed):
         r_measure=0.03,
         trust_g=None,
     ):
-        check_rate(rate_hz)
+        check_rate(rate_hz, gyro_dps)
         rows, shift0, shift1 = gain_rows(rate_hz, q_angle, q_bias, r_measure)
         super().__init__(rate_hz, gyro_dps, accel_g, _TABLE + len(rows))
         s = self._s
