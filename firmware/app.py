@@ -49,6 +49,7 @@ class App:
         self.outputs = Outputs()
         self.health = Health()
         self.fresh = False
+        self._feed = None
         self.imu = self.filter = self.loop = self.calibration = None
 
     # ---- the block diagram
@@ -72,6 +73,8 @@ class App:
                 self._until_correction -= 1
                 if not self._until_correction:
                     self._correct_period()
+            if self._feed is not None:
+                self._feed()
         else:
             self.bridge.predict(self.imu.counts, dt_us, health.age_us)
         stale = health.age_us >= health.stale_us
@@ -118,11 +121,16 @@ class App:
         for text in self.warnings + warnings:
             print("warning:", text)
         self._wire()
+        if self.config.watchdog_ms and self._feed is None:
+            self._feed = self.board.watchdog(self.config.watchdog_ms).feed
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         self.loop.start()
 
     def stop(self):
-        """End the loop; outputs go to their safe values. start() begins again."""
+        """End the loop; outputs go to their safe values. start() begins again.
+
+        A watchdog, once started, resets the board watchdog_ms later: nothing can stop it.
+        """
         if self.loop:
             self.loop.stop()
             self.outputs.safe()

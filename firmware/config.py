@@ -38,7 +38,7 @@ KNOBS = (
     ("still_dps", 3.0, "deg/s", None, 0.1, 50.0, "spread of the gyro still taken for rest"),
     ("telemetry_hz", 50, "Hz", None, 0, 100, "lines per second; 0 silences"),
     ("failsafe_ms", 100, "ms", None, 10, 10000, "age at which outputs go to their safe value"),
-    ("watchdog_ms", 0, "ms", None, 0, 8000, "resets a hung board; 0: no watchdog"),
+    ("watchdog_ms", 0, "ms", (0, 2000, 4000, 8000), 0, 0, "resets a board without good samples"),
 )
 
 

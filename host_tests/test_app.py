@@ -10,7 +10,7 @@ from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.faults import make
 from tools.virtual.motion import Sequence, Sinusoid, Still
-from tools.virtual.port import Port
+from tools.virtual.port import Port, VirtualReset
 
 both = pytest.mark.parametrize("platform", ["rp2", "esp32"])
 SDA_SCL = {"rp2": (4, 5), "esp32": (21, 22)}  # where the README tells to solder it
@@ -399,3 +399,18 @@ def test_outputs_go_safe_once_when_stale_and_when_stopped(rig):
     assert seen[-1] == "on"
     r.app.stop()
     assert seen[-1] == "safe" and seen.count("safe") == 2
+
+
+@both
+def test_the_watchdog_is_fed_by_good_samples_only(rig, platform):
+    r = rig(platform, knobs={"watchdog_ms": 2000})
+    r.run_s(5)
+    r.fault("nack", for_s=10.0)
+    with pytest.raises(VirtualReset, match="watchdog"):
+        r.run_s(3)
+
+
+def test_a_watchdog_of_other_lengths_is_refused(rig):
+    r = rig("rp2", start=False)
+    with pytest.raises(ValueError, match="0, 2000, 4000, 8000"):
+        r.app.set("watchdog_ms", 300)
