@@ -102,9 +102,7 @@ def write(board, path, data):
 def make_folders(board, paths):
     """Make the folders of these files, those that are missing."""
     folders = sorted({str(p) for path in paths for p in Path(path).parents if str(p) != "."})
-    board.exec(
-        f"import os\nfor p in {folders!r}:\n try:\n  os.mkdir(p)\n except OSError:\n  pass"
-    )
+    board.exec(f"import os\nfor p in {folders!r}:\n try:\n  os.mkdir(p)\n except OSError:\n  pass")
 
 
 def deploy(port, source=False, say=print):
