@@ -4,6 +4,7 @@
 The same interface as mpu6050.MPU6050, and the same counts: read() scales both chips to the
 MPU6050's counts per g and per deg/s at the same range, so filters and the app take either sensor.
 The two chips sample on their own clocks and are read one after the other: not one instant.
+Needs lib/mpu6050 beside it, for what both sensors share: ranges and verified registers.
 Sources: L3GD20 data sheet DocID022116, LSM303DLHC DocID018771; register names as there.
 """
 
