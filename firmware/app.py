@@ -25,6 +25,7 @@ from firmware.outputs import Outputs
 from firmware.sensing import Sensing
 from firmware.startup import calibration, sensor
 from firmware.telemetry import Telemetry
+from firmware.warming import Warming
 
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
 _CORRECT_TIMER = const(256)  # ticks between two looks at the mean period
@@ -50,7 +51,7 @@ class App:
         self.health = Health()
         self.fresh = False
         self._feed = None
-        self.imu = self.filter = self.loop = self.calibration = None
+        self.imu = self.filter = self.loop = self.calibration = self._watchdog = None
 
     # ---- the block diagram
 
@@ -78,8 +79,10 @@ class App:
         else:
             self.bridge.predict(self.imu.counts, dt_us, health.age_us)
         stale = health.age_us >= health.stale_us
-        if self.outputs.active:
-            self.outputs.write(self, stale)
+        if self.outputs.active and not self.outputs.write(self, stale):
+            fresh = False
+        if fresh and self._watchdog:
+            self._watchdog.feed()
         if self.telemetry.on:
             self.telemetry.tick(self.filter, stale)
 
@@ -93,6 +96,7 @@ class App:
     def _correct_period(self):
         """Let the filter's period follow the measured one: the sensor's clock is no crystal."""
         self._until_correction = self._correct_every
+        self._warming.look(self.filter)
         mean = self.loop.recent_period_us()
         if not mean or abs(mean - self._period_us) <= 1:
             return
@@ -165,6 +169,34 @@ class App:
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
         self.telemetry.watch(seconds)
 
+    def report(self):
+        """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
+        from firmware.report import report
+
+        return report(self)
+
+    def self_test(self):
+        """(passed, a line for each axis) of the chip's self-test, at rest; the loop pauses."""
+        from firmware.report import tested
+
+        running = self.loop is not None and self.loop.running
+        self.stop()
+        if self.imu is None:
+            self.imu = sensor(self.board, self.config)
+        result = tested(self.imu)
+        if running:
+            self.start()
+        return result
+
+    def calibrating(self):
+        """The steps of a calibration (firmware.calibrating); ends the loop."""
+        from firmware.calibrating import Calibrating
+
+        self.stop()
+        if self.imu is None:
+            self.imu = sensor(self.board, self.config)
+        return Calibrating(self.imu)
+
     def samples(self):
         """`async for app in app.samples()`: wakes after each step."""
         return self.loop.samples(self)
@@ -218,6 +250,7 @@ class App:
         self._correct_every = _CORRECT_TIMER if timed else _CORRECT_EDGES
         self._until_correction = self._correct_every
         self._clock_off = False
+        self._warming = Warming(self.calibration, self.imu)
         self.filter = self._made(None)
 
     def _made(self, old):

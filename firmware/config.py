@@ -36,6 +36,7 @@ KNOBS = (
     ("attitude_bias_tau_s", 30.0, "s", None, 1.0, 600.0, "time constant of the gyro bias"),
     ("rest_s", 0.5, "s", None, 0.0, 10.0, "gyro bias at start: time at rest; 0 skips"),
     ("still_dps", 3.0, "deg/s", None, 0.1, 50.0, "spread of the gyro still taken for rest"),
+    ("self_test", 0, "", (0, 1), 0, 0, "1: the chip tests itself at start, at rest; 1.3 s"),
     ("telemetry_hz", 50, "Hz", None, 0, 100, "lines per second; 0 silences"),
     ("failsafe_ms", 100, "ms", None, 10, 10000, "age at which outputs go to their safe value"),
     ("watchdog_ms", 0, "ms", (0, 2000, 4000, 8000), 0, 0, "resets a board without good samples"),

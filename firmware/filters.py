@@ -87,6 +87,7 @@ class FromCounts:
     """
 
     timed = True
+    at_rest = False  # they do not tell
 
     def __init__(self, cores, calibration, imu):
         self.cores = cores
@@ -95,6 +96,10 @@ class FromCounts:
         self._calibration = calibration
         self._started = False
         self.roll_mdeg = self.pitch_mdeg = self.yaw_mdeg = 0
+
+    def calibrate(self, calibration):
+        """Correct the samples by this Calibration from now on."""
+        self._calibration = calibration
 
     def _physical(self, counts):
         g, dps = self._accel_lsb, self._gyro_lsb

@@ -36,16 +36,18 @@ class Outputs:
         self._safes.clear()
 
     def write(self, app, stale):
-        """One tick; allocates nothing unless the functions do."""
+        """One tick; allocates nothing unless the functions do. False when one has failed."""
         if stale:
             self.safe()
-            return
+            return False
         self._is_safe = False
+        failed = self.failed
         for update in self._updates:
             try:
                 update(app)
             except Exception as error:
                 self._failed(error)
+        return failed == self.failed
 
     def safe(self):
         """Put every output into its safe state, once until the next write."""

@@ -42,6 +42,14 @@ def calibration(imu, config):
     cal, warnings = load_calibration()
     if cal.who_am_i not in (None, imu.who_am_i):
         warnings.append("%s was made with another kind of sensor" % PATH)
+    imu.read()
+    cal = cal.at(imu.temp_c())
+    if config.self_test:
+        from firmware.report import tested
+
+        good, lines = tested(imu)
+        if not good:
+            warnings.append("self-test failed, or the sensor was moved: " + ", ".join(lines))
     if config.rest_s:
         bias, why = gyro_bias(imu, config.rest_s, config.still_dps)
         if bias:

@@ -2,12 +2,14 @@
 # Runs on MicroPython's unix port (see tools/soak.py): the path of every tick in integers, for
 # hours: the loop's accounts on wrapping ticks, the guard, the filter. HOURS, RATE_HZ, PERIOD (in
 # samples), LEVEL (mdeg, roll and pitch of each sample) and BURSTS (7 words each) are set before.
+# ruff: noqa: F821
 
 import gc
 from array import array
 
 import micropython
 from attitude.fixed import Attitude
+
 from firmware import guard
 from firmware.timing import Timing, account
 

@@ -51,6 +51,7 @@ class Fixed:
     _least_hz = 10
 
     yaw_mdeg = 0  # of filters that know roll and pitch only
+    at_rest = False  # and of those that do not watch for it
     timed = False  # update() takes no dt: the period is fixed
 
     def __init__(self, rate_hz, gyro_dps, accel_g, size):

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Calibration at the REPL, step by step; imported only when it is used (app.calibrating()).
+
+c = app.calibrating()   # ends the loop
+c.gyro()                # the robot lies still
+c.pose()                # once for each face up, in any order; or any resting poses
+c.solve()               # solve(faces=False) for poses that are no faces
+c.level(); c.nose_up()  # how the sensor sits in the robot; level(2) where no place is level
+c.save("2026-05-01")
+"""
+
+from mpu6050 import mounting
+from mpu6050.calibrate import Poses, gyro_bias, rest, with_slopes
+
+from firmware import startup
+
+_SLOPE_SPAN_C = 10.0  # two calibrations so far apart tell how the bias goes with temperature
+
+
+class Calibrating:
+    """The steps; each returns a text that says what was found. NotStill and ValueError say why
+    one was refused; it may be tried again.
+
+    cal: the Calibration so far; it begins with the stored one.
+    """
+
+    def __init__(self, imu):
+        self._imu = imu
+        self.cal, self.warnings = startup.load_calibration()
+        self._stored = self.cal
+        self._poses = Poses(imu)
+        self._level = []
+
+    def gyro(self, seconds=2.0):
+        """The gyro's bias, from rest."""
+        self.cal = gyro_bias(self._imu, self.cal, seconds)
+        return "gyro bias %.3f %.3f %.3f deg/s at %.1f degC" % (
+            self.cal.gyro_bias_dps + (self.cal.temp_c,)
+        )
+
+    def pose(self, seconds=1.0):
+        """One resting pose for the accelerometer."""
+        up = self._poses.add(seconds)
+        missing = self._poses.missing()
+        return "%s is up; %s" % (
+            up,
+            "not yet up: " + ", ".join(missing) if missing else "all faces have been up",
+        )
+
+    def solve(self, faces=True):
+        """Offset, scale and cross-axis of the accelerometer from the poses."""
+        mounted = self.cal.gyro_matrix
+        self.cal = self._poses.solve(self.cal, faces).but(gyro_matrix=mounted)
+        return "residual %.2f mg; accelerometer offset %.1f %.1f %.1f mg" % (
+            (self.cal.residual_mg,) + tuple([1000 * b for b in self.cal.accel_bias_g])
+        )
+
+    def level(self, headings=1, seconds=1.0):
+        """The robot as level as can be; or call it `headings` times on any slope, the robot
+        turned on by an equal part of a full turn each time."""
+        if len(self._level) == headings:
+            self._level = []
+        self._level.append(self._up(seconds))
+        if len(self._level) < headings:
+            return "%d of %d headings" % (len(self._level), headings)
+        if headings > 1:
+            self._level = [mounting.level_of(self._level)] * headings
+        return "level; now lift the nose by 10 to 80 degrees: nose_up()"
+
+    def nose_up(self, seconds=1.0):
+        """The robot's nose lifted by 10 to 80 degrees: finds the mounting after level()."""
+        if not self._level:
+            raise ValueError("level() first")
+        rotation = mounting.from_tilt(self._level[-1], self._up(seconds))
+        self.cal = self.cal.mounted(rotation)
+        self._level = []
+        return "forward is %s, up is %s, %.1f degrees from square" % mounting.nearest(rotation)
+
+    def save(self, date=""):
+        """Store it. With a stored one of the same part at another temperature, 10 degC away, the
+        biases over temperature are known from then on."""
+        old, new = self._stored, self.cal.but(date=date, who_am_i=self._imu.who_am_i)
+        text = "saved"
+        if (
+            old.residual_mg is not None
+            and old.who_am_i == new.who_am_i
+            and abs(old.temp_c - new.temp_c) >= _SLOPE_SPAN_C
+        ):
+            new = with_slopes(old, new)
+            text = "saved, with biases over temperature (%.0f and %.0f degC)" % (
+                old.temp_c,
+                new.temp_c,
+            )
+        startup.save_calibration(new)
+        self.cal = self._stored = new
+        return text
+
+    def _up(self, seconds):
+        still = rest(self._imu, seconds)
+        return self.cal.apply(still.accel_g, still.gyro_dps)[0]
