@@ -53,6 +53,13 @@ class _Chip(Registers):
         self._table.extend(bytes((_CTRL_REG1, control1, 0xFF, _CTRL_REG4, control4, 0xFF)))
 
 
+class _Profile:
+    """What mpu6050.profiles tells of its parts."""
+
+    name = "MinIMU-9 v2"
+    temp_lsb_per_c = 1.0
+
+
 class MinIMU9:
     """Both chips, woken, configured and verified. `counts`: ax ay az temp gx gy gz.
 
@@ -61,6 +68,7 @@ class MinIMU9:
     """
 
     split = False
+    profile = _Profile
 
     def __init__(self, i2c, address=0x6B, accel_address=0x19, gyro_dps=500, accel_g=8):
         gyro_code, mdps = _row(_GYRO, gyro_dps, "gyro_dps")
@@ -101,7 +109,7 @@ class MinIMU9:
         counts = self.counts
         _scale(self._accel_raw, 3, counts, 0, self._accel_factor)
         _scale(self._gyro_words, 3, counts, 4, self._gyro_factor)
-        counts[3] = (self._gyro_raw[0] ^ 0x80) - 0x80
+        counts[3] = 0x80 - (self._gyro_raw[0] ^ 0x80)  # the chip counts down as it warms
 
     def start(self):
         """Nothing: collect() reads."""
@@ -125,8 +133,8 @@ class MinIMU9:
         return c[4] / lsb, c[5] / lsb, c[6] / lsb
 
     def temp_c(self):
-        """Degrees Celsius below an offset that the data sheet leaves open: for changes only."""
-        return -float(self.counts[3])
+        """Degrees Celsius above an offset that the data sheet leaves open: for changes only."""
+        return float(self.counts[3])
 
     def configure(self):
         """Apply both tables and verify them. OSError names the first bad register."""
