@@ -23,7 +23,7 @@ from firmware.health import CLOCK, Health
 from firmware.loop import Loop
 from firmware.outputs import Outputs
 from firmware.sensing import Sensing
-from firmware.startup import calibration, sensor
+from firmware.startup import calibration, save_calibration, sensor
 from firmware.telemetry import Telemetry
 from firmware.warming import Warming
 
@@ -51,7 +51,7 @@ class App:
         self.health = Health()
         self.fresh = False
         self._feed = None
-        self.imu = self.filter = self.loop = self.calibration = self._watchdog = None
+        self.imu = self.filter = self.loop = self.calibration = None
 
     # ---- the block diagram
 
@@ -74,15 +74,13 @@ class App:
                 self._until_correction -= 1
                 if not self._until_correction:
                     self._correct_period()
-            if self._feed is not None:
-                self._feed()
         else:
             self.bridge.predict(self.imu.counts, dt_us, health.age_us)
         stale = health.age_us >= health.stale_us
         if self.outputs.active and not self.outputs.write(self, stale):
             fresh = False
-        if fresh and self._watchdog:
-            self._watchdog.feed()
+        if fresh and self._feed is not None:
+            self._feed()
         if self.telemetry.on:
             self.telemetry.tick(self.filter, stale)
 
@@ -133,11 +131,15 @@ class App:
     def stop(self):
         """End the loop; outputs go to their safe values. start() begins again.
 
-        A watchdog, once started, resets the board watchdog_ms later: nothing can stop it.
+        A watchdog, once started, resets the board watchdog_ms later: nothing can stop it. What
+        was learned of the gyro's bias is stored.
         """
-        if self.loop:
+        if self.loop and self.loop.running:
             self.loop.stop()
             self.outputs.safe()
+            learned = self._warming.learned()
+            if learned:
+                save_calibration(learned)
 
     def set(self, name, value):
         """Change a knob; it takes effect at once. ValueError names what is allowed."""

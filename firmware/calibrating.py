@@ -79,22 +79,24 @@ class Calibrating:
     def save(self, date=""):
         """Store it. With a stored one of the same part at another temperature, 10 degC away, the
         biases over temperature are known from then on."""
-        old, new = self._stored, self.cal.but(date=date, who_am_i=self._imu.who_am_i)
-        text = "saved"
-        if (
-            old.residual_mg is not None
-            and old.who_am_i == new.who_am_i
-            and abs(old.temp_c - new.temp_c) >= _SLOPE_SPAN_C
-        ):
-            new = with_slopes(old, new)
-            text = "saved, with biases over temperature (%.0f and %.0f degC)" % (
-                old.temp_c,
-                new.temp_c,
-            )
-        startup.save_calibration(new)
-        self.cal = self._stored = new
-        return text
+        new = self.cal.but(date=date, who_am_i=self._imu.who_am_i)
+        made = merged(self._stored, new)
+        startup.save_calibration(made)
+        self.cal = self._stored = made
+        return "saved" if made is new else "saved, with biases over temperature"
 
     def _up(self, seconds):
         still = rest(self._imu, seconds)
         return self.cal.apply(still.accel_g, still.gyro_dps)[0]
+
+
+def merged(old, new):
+    """`new`, with the slopes that `old` tells: the same part, 10 degC away; else `new` itself."""
+    if (
+        old.residual_mg is None
+        or new.residual_mg is None
+        or old.who_am_i != new.who_am_i
+        or abs(old.temp_c - new.temp_c) < _SLOPE_SPAN_C
+    ):
+        return new
+    return with_slopes(old, new)

@@ -41,7 +41,7 @@ KINDS = (
     _bus("filled_FE", "filled", ("fill",), parameters={"value": 0xFE}),
     _bus("filled_FF", "filled", ("fill",), parameters={"value": 0xFF}),
     _bus("filled_00", "filled", ("fill",), parameters={"value": 0x00}),
-    _bus("bit_flips", "bit_flip", ("jump",), (4.0, 4.0), parameters={"p": 0.01},
+    _bus("bit_flips", "bit_flip", ("jump",), (12.0, 12.0), parameters={"p": 0.01},
          error_deg=2.0),
     _bus("saturation", "saturation", ("saturated",), (0.015, 0.05)),
     _bus("unplugged", "unplugged", ("nack",), (0.1, 0.6), after_s=1.6),

@@ -17,7 +17,7 @@ from tools.virtual.motion import FreeMotion, Sequence, Sinusoid, Still
 from tools.virtual.port import Port
 
 REST_S = 0.8  # before the motion; the app measures the gyro's bias in it
-SETTLE_S = 3.0  # from the start of the motion to the first fault
+SETTLE_S = 2.5  # from the start of the motion to the first fault
 PERIOD_S = 0.004
 SWING_DEG, SWING_HZ = 40.0, 0.398  # 100 deg/s at its fastest
 

@@ -54,6 +54,14 @@ class BackDoor:
         if self.fifo.push(bytes(self.fifo.size + extra - len(self.fifo))):
             self._trigger(reg.FIFO_OFLOW, self.now_ns)
 
+    def drop_fifo(self, lost):
+        """Take up to `lost` bytes from the FIFO's head; how many there were (for faults)."""
+        self._sync(self.now_ns)
+        taken = min(lost, len(self.fifo))
+        for _ in range(taken):
+            self.fifo.pop()
+        return taken
+
     def set_int_dead(self, dead):
         """Cut or mend the INT line."""
         self._pin.dead = dead

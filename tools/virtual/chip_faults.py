@@ -91,10 +91,7 @@ class FifoMisaligned(Fault):
         self._lost = lost
 
     def begin(self, bus):
-        fifo = self.device(bus).fifo
-        for _ in range(min(self._lost, len(fifo))):
-            self.hits += 1
-            fifo.pop()
+        self.hits += self.device(bus).drop_fifo(self._lost)
 
 
 class Saturation(Fault):
