@@ -33,7 +33,7 @@ deploy: .venv/ready
 
 test: .venv/ready lint
 	$(PY) -m tools.virtual.firmware all
-	$(PY) -m pytest -n 2 $(ARGS)
+	$(PY) -m pytest -n 2 --dist loadfile $(ARGS)
 
 lint: .venv/ready
 	.venv/bin/ruff check .
