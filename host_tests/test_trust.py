@@ -219,6 +219,6 @@ def test_the_gyros_bias_over_temperature_is_learned_at_rest_and_stored(tmp_path,
 
         cal, warnings = load_calibration()
     assert warnings == []
-    assert cal.gyro_slope_dps_per_c == pytest.approx((0.05, -0.04, 0.03), abs=0.01)
+    assert cal.gyro_slope_dps_per_c == pytest.approx((0.05, -0.04, 0.03), abs=0.02)
     # 32 degC is 7 above the chip's 25
-    assert cal.at(32.0).gyro_bias_dps == pytest.approx((0.35, -0.28, 0.21), abs=0.05)
+    assert cal.at(32.0).gyro_bias_dps == pytest.approx((0.35, -0.28, 0.21), abs=0.1)

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""The key faults on the emulated RP2040: main's own app, the real firmware, the bus of wires."""
+
+import ast
+import math
+
+import pytest
+
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
+from tools.virtual.faults import make
+from tools.virtual.motion import Sequence, Sinusoid, Still
+from tools.virtual.pico import VirtualPico
+
+# name, parameters, seconds, counter that must move, ms allowed from its end to good samples
+FAULTS = [
+    ("nack", {}, 0.02, "nack", 20),
+    ("sda_held", {"clocks": 9}, None, "timeout", 50),
+    ("timeout", {}, 0.02, "timeout", 50),
+    ("filled", {"value": 0xFF}, 0.02, "fill", 100),
+    ("bit_flip", {"p": 0.5}, 0.12, "jump", 30),
+    ("brown_out", {}, 0.002, "nack", 250),
+    ("unplugged", {}, 0.12, "nack", 250),
+]
+
+
+@pytest.fixture(scope="module")
+def board():
+    """The app at 250 Hz, its sensor rolling to and fro by up to 100 deg/s after 2 s of rest."""
+    swing = Sinusoid(40.0, 0.398, "roll", offset_deg=40.0, phase_deg=-90.0)
+    motion = Sequence((Still(), 2.0), (swing, 1e9))
+    bus = Bus(MPU6050Chip(motion, seed=1))
+    with VirtualPico(bus=bus, root=True, main=False) as pico:
+        pico.exec(
+            "from firmware.app import App\napp = App()\napp.config.set('rest_s', 0.1)\napp.start()"
+        )
+        assert pico.nanos < 2e9  # at rest until here
+        pico.run_ms(max(0.0, 2400 - pico.nanos / 1e6))
+        yield pico
+
+
+def asked(pico):
+    """(stats, stale, fresh) of the app now."""
+    return ast.literal_eval(pico.exec("print((app.stats(), app.stale, app.fresh))"))
+
+
+def roll_error_deg(pico):
+    """How far the roll is off; the REPL's answer is from some instant of its milliseconds."""
+    began = pico.nanos
+    told = int(pico.exec("print(app.filter.roll_mdeg)")) / 1000
+    step = (pico.nanos - began) // 10
+    return min(_off(pico.bus.devices[0].truth((began + k * step) / 1e9), told) for k in range(11))
+
+
+def _off(truth, roll_deg):
+    w, x, y, z = truth
+    true = math.degrees(math.atan2(2 * (y * z + w * x), w * w - x * x - y * y + z * z))
+    return abs((roll_deg - true + 180) % 360 - 180)
+
+
+@pytest.mark.parametrize("name, parameters, for_s, counter, allowed_ms", FAULTS)
+def test_is_counted_and_recovered_from_in_time(board, name, parameters, for_s, counter, allowed_ms):
+    before = asked(board)[0]
+    fault = make(name, at_s=board.nanos / 1e9 + 0.005, for_s=for_s or 0.5, seed=1, **parameters)
+    board.bus.faults[:] = [fault]
+    board.run_ms(5 + 1000 * (for_s or 0.0) + allowed_ms)
+    error_deg = roll_error_deg(board)
+    stats, stale, fresh = asked(board)
+    if for_s is None:
+        assert fault.done  # the clocks freed it, not the time
+    board.bus.faults.clear()
+    assert stats.get(counter, 0) > before.get(counter, 0)
+    assert fresh and not stale and stats["age_ms"] == 0
+    assert stats["errors"] == 0
+    assert error_deg < 4.0  # of several faults in a row, the start of the motion in it
+
+
+def test_the_loop_held_its_period_through_all_of_it(board):
+    board.run_ms(20)
+    stats = asked(board)[0]
+    assert stats["running"]
+    # reports through the REPL and collections cost ticks, faults hardly any
+    assert stats["lost"] < 0.1 * stats["ticks"]
