@@ -6,7 +6,7 @@ from tools import soak
 
 def test_two_hours_without_drift_a_byte_or_a_lost_tick():
     result = soak.run(2, say=lambda line: None)
-    settle, first, second = result["hours"]
+    _settle, first, second = result["hours"]
     # hour, mean and largest error in mdeg, yaw, bytes, wraps so far, rejected, wrong
     assert result["samples"] == result["ticks"] == (2 * 3600 + 60) * 250
     assert (result["lost"], result["skipped"]) == (0, 0)
