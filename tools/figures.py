@@ -27,7 +27,7 @@ def bench(result):
     for row in result["rows"]:
         is_step = row["name"].startswith(("step.", "split."))
         shares = [f"{row['us'] * hz / 1e4:.0f} %" if is_step else "" for hz in RATES_HZ]
-        rows.append([f"`{row['name']}`", f"{row['us']:.0f}", row["bytes"], *shares])
+        rows.append([f"`{row['name']}`", f"{row['us']:.0f}", f"{row['bytes']:.0f}", *shares])
     head = ["stage", "us", "heap bytes", *(f"of {hz} Hz" for hz in RATES_HZ)]
     return f"{result['board']}, {result['mhz']} MHz:\n\n" + table(head, rows)
 
@@ -74,11 +74,11 @@ SECTIONS = {"bench": bench, "accuracy": accuracy, "faults": faults, "results": r
 
 def put(text, name, body):
     """The text with the section's body replaced. ValueError when the marks are missing."""
-    begin, end = f"<!-- {name} -->\n", f"\n<!-- end {name} -->"
+    begin, end = f"<!-- {name} -->\n", f"<!-- end {name} -->"
     if begin not in text or end not in text:
         raise ValueError(f"README has no section {name}")
     before, rest = text.split(begin, 1)
-    return before + begin + body + end + rest.split(end, 1)[1]
+    return before + begin + body + "\n" + end + rest.split(end, 1)[1]
 
 
 def main():

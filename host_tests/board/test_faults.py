@@ -59,7 +59,7 @@ def _off(truth, roll_deg):
 
 
 @pytest.mark.parametrize("name, parameters, for_s, counter, allowed_ms", FAULTS)
-def test_is_counted_and_recovered_from_in_time(board, name, parameters, for_s, counter, allowed_ms):
+def test_is_counted_and_recovered_in_time(board, name, parameters, for_s, counter, allowed_ms):
     before = asked(board)[0]
     fault = make(name, at_s=board.nanos / 1e9 + 0.005, for_s=for_s or 0.5, seed=1, **parameters)
     board.bus.faults[:] = [fault]
