@@ -87,8 +87,9 @@ class App:
     def _close_gap(self, gap_us):
         """The first good burst after gap_us without one."""
         if self.sensing.another:
-            self._other_part()
-        self.bridge.close(self.imu.counts, gap_us)
+            self._other_part()  # whose filter starts anew: there is nothing to bridge
+        else:
+            self.bridge.close(self.imu.counts, gap_us)
         self.health.gap_us = 0
 
     def _correct_period(self):
