@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from tools import figures
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
 from tools.virtual.port import Port
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -33,6 +35,20 @@ def test_the_wiring_table_is_the_one_of_the_firmware():
         from firmware.board import BOARDS
     rows = {row[0]: {"SDA": row[4], "SCL": row[5], "INT": row[6]} for row in BOARDS}
     assert wiring() == rows
+
+
+def test_the_message_for_swapped_wires_is_the_one_shown(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with Port("rp2", buses={0: Bus(MPU6050Chip())}, wiring={0: (5, 4)}):
+        from firmware.app import App
+
+        with pytest.raises(OSError, match="Seen") as caught:
+            App().start()
+    shown = README.split("    OSError: ", 1)[1].split("\n\n", 1)[0]
+    first, second = (line.strip() for line in shown.splitlines())
+    said = str(caught.value).splitlines()
+    assert said[0].startswith(first.removesuffix("...").strip())
+    assert said[1] == second
 
 
 def test_every_make_target_named_exists():
