@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Register addresses of RM-MPU-6000A r4.2 that have an effect in the model."""
 
-ACCEL_OFFSET = 0x06
 SELF_TEST_X, SELF_TEST_A = 0x0D, 0x10
 GYRO_OFFSET = 0x13
 SMPLRT_DIV, CONFIG, GYRO_CONFIG, ACCEL_CONFIG = 0x19, 0x1A, 0x1B, 0x1C

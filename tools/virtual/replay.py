@@ -16,7 +16,6 @@ import numpy as np
 from tools.virtual import quaternions as quat
 
 _G = 9.80665
-_LEVEL = (1.0, 0.0, 0.0, 0.0)
 _ACC = [f"acc_{n}_m_s2" for n in "xyz"]
 _GYR = [f"gyr_{n}_rad_s" for n in "xyz"]
 _QUAT = [f"quat_{n}" for n in "wxyz"]

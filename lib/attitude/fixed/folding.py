@@ -9,7 +9,6 @@ calibrated, skewed, rotated one cost the same. No sum can leave 32 bits: it is c
 GYRO_LSB_PER_DPS = {250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}
 ACCEL_LSB_PER_G = {2: 16384, 4: 8192, 8: 4096, 16: 2048}
 
-ACCEL_SHIFT = 14
 ACCEL_LIMIT = 65000  # the largest calibrated count that atan2's 15-bit quotient takes
 _SUM_LIMIT = 2040000000  # 2^31 less 5 %, by which the period may move the coefficients
 

@@ -12,7 +12,6 @@ import time as wall
 
 from .scheduler import Scheduler
 
-NS_PER_MS = 1_000_000
 _NEVER = 1 << 62
 
 
