@@ -11,6 +11,7 @@ app.stop()
 
 import gc
 
+import micropython
 from micropython import const
 from mpu6050.calibration import ZERO
 
@@ -55,6 +56,7 @@ class App:
 
     # ---- the block diagram
 
+    @micropython.native
     def step(self, dt_us):
         """One tick, dt_us after the last: sensor, filter with calibration, outputs, telemetry.
 
@@ -235,7 +237,7 @@ class App:
             config.failsafe_ms * 1000,
             10 + 3 * config.rate_hz // config.sensor_hz,
             1000000 // config.dlpf_hz,
-            config.rate_hz // 10,
+            config.rate_hz // 5,
         )
         self.sensing = Sensing(self.imu, board, self.health, split)
         self.telemetry.set_rate(config.telemetry_hz, config.rate_hz)

@@ -55,6 +55,8 @@ def test_a_fault_that_nobody_handles_would_be_seen_by_the_tool():
         from firmware import sensing
 
         sensing.judge = lambda counts, words: 0
+        rig.app.sensing._taking = rig.app.sensing._quick()
+        rig.app.sensing._go(0)
         outcome = rig.inject(0)
     assert not outcome.detected
 

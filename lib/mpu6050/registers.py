@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A chip on I2C whose configuration is a table: applied, read back, re-checked row by row."""
 
+import micropython
 from micropython import const
 
 _EIO = const(5)
@@ -42,11 +43,13 @@ class Registers:
                 return
         table.extend(bytes((register, value, mask)))
 
+    @micropython.native
     def check(self):
         """Compare the next row with the chip: False when it differs. One short transaction."""
         row = self._step()
-        self.load(self._table[row], self._byte)
-        return not (self._byte[0] ^ self._table[row + 1]) & self._table[row + 2]
+        table, byte = self._table, self._byte
+        self.load(table[row], byte)
+        return not (byte[0] ^ table[row + 1]) & table[row + 2]
 
     def repair(self):
         """Write and verify the next row; True when that was the last one of the table. OSError.
