@@ -4,14 +4,9 @@
 import time
 
 from mpu6050 import MPU6050
-from mpu6050.calibration import Calibration
 
-from firmware import store
+from firmware import keeping
 from firmware.board import diagnose
-
-PATH = "calibration.txt"
-KIND = "calibration"
-VERSION = 1
 
 _BIAS_MAX_DPS = 40.0  # initial offset and drift over temperature (PS section 6.1)
 
@@ -39,9 +34,7 @@ def sensor(board, config):
 
 def calibration(imu, config):
     """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
-    cal, warnings = load_calibration()
-    if cal.who_am_i not in (None, imu.who_am_i):
-        warnings.append("%s was made with another kind of sensor" % PATH)
+    cal, warnings = keeping.load_for(imu)
     imu.read()
     cal = cal.at(imu.temp_c())
     if config.self_test:
@@ -57,26 +50,6 @@ def calibration(imu, config):
         else:
             warnings.append("gyro bias not measured, the stored one (or zero) is used: " + why)
     return cal, warnings
-
-
-def load_calibration(path=PATH):
-    """(Calibration, warnings) of what is stored; the ideal one when there is none."""
-    stored, warnings = store.load(path, KIND, VERSION)
-    if stored:
-        if "date" in stored:
-            stored["date"] = str(stored["date"])
-        try:
-            return Calibration.from_dict(stored), warnings
-        except ValueError as error:
-            warnings.append("%s: %s; none used" % (path, error))
-    return Calibration(), warnings
-
-
-def save_calibration(cal, path=PATH):
-    """Store a Calibration safely (firmware.store). OSError when the flash refuses."""
-    fields = cal.to_dict()
-    del fields["version"]
-    store.save(path, KIND, VERSION, {k: v for k, v in fields.items() if v not in (None, "")})
 
 
 def gyro_bias(imu, seconds, still_dps):

@@ -3,8 +3,8 @@
 
 One text file: a header with kind, version and generation, `name = value` lines, a CRC-32. A save
 writes NAME.new whole, keeps the file before as NAME.old and renames the new one into place; so
-after a cut at any byte one of them is whole. A load takes the valid file of the highest
-generation. Values are ints, floats, words, or tuples of ints and floats.
+after a cut at any byte one of them is whole. A load takes the valid one of NAME and NAME.new of
+the higher generation, else NAME.old. Values are ints, floats, words, or tuples of ints and floats.
 """
 
 import binascii
@@ -12,6 +12,8 @@ import os
 
 _SIZE_MAX = 4096  # a file larger than this was not written here; it is not read either
 _LINE_MAX = 240
+_LINES_MAX = 64  # short lines cost most: 4096 bytes of them took 130 kB of a board's heap
+_GENERATION_MAX = 999999999  # no flash lives to see it; a file that claims it can be saved over
 
 
 def save(path, kind, version, values):
@@ -20,41 +22,51 @@ def save(path, kind, version, values):
     kind: what the file is, a word; version: of the meaning of its names, from 1.
     ValueError for a value that cannot be written.
     """
-    current = _read(path, kind, version)
-    last = max(_generation(_read(path + end, kind, version)) for end in ("", ".new", ".old"))
-    lines = ["plumb %s version %d generation %d" % (kind, version, last + 1)]
+    found = [_read(path + end, kind, version) for end in ("", ".new", ".old")]
+    generation = min(max([_generation(file) for file in found]) + 1, _GENERATION_MAX)
+    lines = ["plumb %s version %d generation %d" % (kind, version, generation)]
     lines.extend("%s = %s" % (name, _text(values[name])) for name in sorted(values))
     body = "\n".join(lines) + "\n"
     text = body + "crc %08x\n" % binascii.crc32(body.encode())
     _check_lines(text)
     with open(path + ".new", "wb") as f:
         f.write(text.encode())
-    if isinstance(current, tuple):  # only a good file is worth keeping as the one before
+    if isinstance(found[0], tuple):  # only a good file is worth keeping as the one before
         _move(path, path + ".old")
     _move(path + ".new", path)
+    if isinstance(found[2], str) and not isinstance(found[0], tuple):
+        os.remove(path + ".old")  # a bad one that every load would warn of
 
 
-def load(path, kind, version):
+def load(path, kind, version, texts=()):
     """The stored dict, or None when there is no valid one, and a list of warnings (texts).
 
-    A missing file is no warning. Never raises because of what the files hold.
+    texts: names whose values stay text, even where they look like numbers. A missing file is no
+    warning. Never raises because of what the files hold.
     """
     best = None
     warnings = []
     for end in ("", ".new", ".old"):
         found = _read(path + end, kind, version)
         if isinstance(found, tuple):
-            if best is None or found[0] > best[0]:
+            # .old is older whatever it says: NAME may be a copy from elsewhere, with a low number
+            if best is None or (end == ".new" and found[0] > best[0]):
                 best = found
         elif found and end != ".new":  # a half-written .new is a cut save: nothing is lost
             warnings.append("%s%s: %s" % (path, end, found))
     if warnings:
         warnings.append("%s: %s" % (path, "last good one used" if best else "defaults used"))
-    return (best[1] if best else None), warnings
+    if best is None:
+        return None, warnings
+    values = {}
+    for line in best[1]:
+        name, _, value = line.partition(" = ")
+        values[name] = value if name in texts else _value(value)
+    return values, warnings
 
 
 def _read(path, kind, version):
-    """(generation, values) of a valid file, a text saying what is wrong, or None: no file."""
+    """(generation, lines) of a valid file, a text saying what is wrong, or None: no file."""
     try:
         if os.stat(path)[6] > _SIZE_MAX:
             return "larger than %d bytes" % _SIZE_MAX
@@ -72,31 +84,32 @@ def _parse(data, kind, version):
     for byte in data:
         if byte != 10 and not 32 <= byte <= 126:
             raise ValueError("byte 0x%02x in a text" % byte)
-    lines = data.decode().split("\n")
-    if len(lines) < 3 or lines[-1] or not lines[-2].startswith("crc "):
+    text = data.decode()
+    end = text.rfind("\n", 0, len(text) - 1) + 1  # where the last line begins
+    if end < 1 or text[-1] != "\n" or not text[end:].startswith("crc "):
         raise ValueError("truncated: no crc line at its end")
-    body = data[: len(data) - len(lines[-2]) - 1]
-    if lines[-2] != "crc %08x" % binascii.crc32(body):
+    if text[end:] != "crc %08x\n" % binascii.crc32(data[:end]):
         raise ValueError("crc does not fit: damaged or edited")
-    _check_lines(data.decode())
+    _check_lines(text)
+    lines = text[:end].split("\n")
     head = lines[0].split(" ")
     if len(head) != 6 or head[:3] != ["plumb", kind, "version"] or head[4] != "generation":
         raise ValueError("not a %s file" % kind)
     theirs, generation = _number(head[3]), _number(head[5])
     if theirs > version:
         raise ValueError("version %d is newer than this firmware's %d" % (theirs, version))
-    values = {}
-    for line in lines[1:-2]:
-        name, mark, value = line.partition(" = ")
-        if not mark or not name:
+    lines = lines[1:-1]
+    for line in lines:
+        if line.find(" = ") < 1:
             raise ValueError("line without a value: %s" % line[:40])
-        values[name] = _value(value)
-    return generation, values
+    return generation, lines
 
 
 def _check_lines(text):
-    if len(text) > _SIZE_MAX or max(len(line) for line in text.split("\n")) > _LINE_MAX:
+    if len(text) > _SIZE_MAX or text.count("\n") > _LINES_MAX:
         raise ValueError("too long")
+    if max([len(line) for line in text.split("\n")]) > _LINE_MAX:
+        raise ValueError("too long: a line")
 
 
 def _number(word):
@@ -110,17 +123,24 @@ def _value(text):
     if len(words) == 1:
         return _scalar(text)
     values = tuple(_scalar(word) for word in words if word)
-    if any(isinstance(value, str) for value in values):
+    if not values or any(isinstance(value, str) for value in values):
         return text
     return values
 
 
 def _scalar(word):
-    for kind in (int, float):
-        try:
-            return kind(word)
-        except ValueError:
-            pass
+    """The number that the word is on every port and on a PC, else the word.
+
+    Theirs differ in "1__0", ".", "e5", "0e400" and, floats being short or long, in what overflows.
+    """
+    if "_" not in word and word.lstrip("+-")[:1].isdigit():
+        for kind in (int, float):
+            try:
+                value = kind(word)
+            except ValueError:
+                continue
+            if value - value == 0 and (value or "e" not in word.lower()):
+                return value
     return word
 
 
@@ -128,7 +148,7 @@ def _text(value):
     if isinstance(value, (tuple, list)):
         return " ".join(_text(item) for item in value)
     text = value if isinstance(value, str) else repr(value)
-    if "\n" in text or not text:
+    if not text or not all(32 <= ord(mark) <= 126 for mark in text):  # what _parse() refuses
         raise ValueError("cannot be stored: %s" % text[:40])
     return text
 

@@ -1,14 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Knobs are checked; files survive power cuts, damage, hostility and the future."""
-
-import binascii
-import errno
-import os
+"""Knobs and calibrations are checked and come back from their files."""
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
+from host_tests.hostile_files import written
 from tools.virtual.port import Port
 
 
@@ -17,12 +12,6 @@ def port(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with Port("rp2") as virtual:
         yield virtual
-
-
-def written(body):
-    """A file's bytes with the CRC that belongs to them."""
-    data = body.encode() if isinstance(body, str) else body
-    return data + b"crc %08x\n" % binascii.crc32(data)
 
 
 # ---- knobs
@@ -92,173 +81,13 @@ def test_a_value_out_of_range_in_a_valid_file_keeps_the_default_and_the_others(p
     assert any("no knob what" in w for w in warnings)
 
 
-# ---- files
-
-
-def test_values_of_all_kinds_survive_the_file(port):
-    from firmware import store
-
-    values = {"a": 1, "b": -0.25, "c": "two words", "d": (1.0, 2.5, -3), "e": 1e-9}
-    store.save("x.txt", "thing", 3, values)
-    assert store.load("x.txt", "thing", 3) == (values, [])
-
-
-@pytest.mark.parametrize(
-    "data, cause",
-    [
-        (b"", "truncated"),
-        (b"plumb thing version 1 generation 9\na = 7\n", "truncated"),
-        (written("plumb thing version 1 generation 9\na = 7\n").replace(b"7", b"8"), "crc"),
-        (written("plumb thing version 2 generation 9\na = 7\n"), "version 2 is newer"),
-        (written("plumb other version 1 generation 9\na = 7\n"), "not a thing file"),
-        (written("plumb thing version 1 generation x\na = 7\n"), "not a number"),
-        (written("plumb thing version 1 generation 9\na\n"), "line without a value"),
-        (written(b"plumb thing version 1 generation 9\na = \xff\n"), "byte 0xff"),
-        (written("plumb thing version 1 generation 9\na = " + "7" * 300 + "\n"), "too long"),
-        (b"x" * 5000, "larger than"),
-    ],
-)
-def test_a_bad_file_is_named_and_the_last_good_one_used(port, tmp_path, data, cause):
-    from firmware import store
-
-    store.save("x.txt", "thing", 1, {"a": 1})
-    store.save("x.txt", "thing", 1, {"a": 2})
-    (tmp_path / "x.txt").write_bytes(data)
-    values, warnings = store.load("x.txt", "thing", 1)
-    assert values == {"a": 1}
-    assert any(cause in w for w in warnings), warnings
-    assert warnings[-1] == "x.txt: last good one used"
-    (tmp_path / "x.txt.old").unlink()
-    values, warnings = store.load("x.txt", "thing", 1)
-    assert values is None and warnings[-1] == "x.txt: defaults used"
-    store.save("x.txt", "thing", 1, {"a": 3})  # and the next save mends it
-    assert store.load("x.txt", "thing", 1) == ({"a": 3}, [])
-
-
-class PowerCut(Exception):
-    """The power went."""
-
-
-class Flash:
-    """`open` and `os` of the store with a budget of bytes and directory changes until the cut."""
-
-    def __init__(self, store, budget):
-        self.budget = budget
-        self.os, self.open = store.os, store.__builtins__["open"]
-        self.ENOENT = errno.ENOENT
-
-    def spend(self):
-        if self.budget == 0:
-            raise PowerCut
-        self.budget -= 1
-
-    def opened(self, name, mode):
-        f = self.open(name, mode)
-        return _CutFile(self, f) if "w" in mode else f
-
-    def stat(self, name):
-        return self.os.stat(name)
-
-    def rename(self, old, new):
-        self.spend()
-        self.os.rename(old, new)
-
-    def remove(self, name):
-        self.spend()
-        self.os.remove(name)
-
-
-class _CutFile:
-    def __init__(self, flash, f):
-        self.flash, self.f = flash, f
-        flash.spend()
-
-    def write(self, data):
-        for i in range(len(data)):
-            self.flash.spend()
-            self.f.write(data[i : i + 1])
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        self.f.close()
-
-
-@pytest.mark.parametrize("generations", [0, 1, 2])
-def test_a_power_cut_after_any_byte_leaves_the_old_or_the_new(port, tmp_path, generations):
-    from firmware import store
-
-    old, new = {"a": 1, "b": "old"}, {"a": 2, "b": "new"}
-    cuts = 0
-    while True:
-        for leftover in tmp_path.iterdir():
-            leftover.unlink()
-        for _ in range(generations):
-            store.save("x.txt", "thing", 1, old)
-        flash = Flash(store, cuts)
-        real = store.os
-        store.os, store.open = flash, flash.opened
-        try:
-            store.save("x.txt", "thing", 1, new)
-            finished = True
-        except PowerCut:
-            finished = False
-        finally:
-            store.os = real
-            del store.open
-        values, warnings = store.load("x.txt", "thing", 1)
-        if finished:
-            assert values == new
-            break
-        assert values == (old if generations else None) or values == new, cuts
-        assert warnings == []
-        store.save("x.txt", "thing", 1, {"a": 3})  # the remains of the cut are no obstacle
-        assert store.load("x.txt", "thing", 1) == ({"a": 3}, [])
-        cuts += 1
-    assert cuts > 60  # it did cut at every byte
-
-
-_LINES = st.lists(st.text(max_size=60), max_size=12).map("\n".join)
-_HOSTILE = st.one_of(
-    st.binary(max_size=300),
-    _LINES.map(lambda text: written(text + "\n")),
-    _LINES.map(lambda text: written("plumb config version 1 generation 5\n" + text + "\n")),
-    st.tuples(
-        st.sampled_from(["rate_hz", "filter", "kalman_r_measure", "accel_g", "rest_s"]),
-        st.one_of(st.integers(), st.floats(), st.text(max_size=20)),
-    ).map(lambda kv: written("plumb config version 1 generation 5\n%s = %s\n" % kv)),
-)
-
-
-@settings(
-    max_examples=int(os.environ.get("PLUMB_FUZZ", "1000")),
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
-@given(main=_HOSTILE)
-def test_no_file_stops_the_boot(port, tmp_path, main):
-    from firmware import startup
-    from firmware.config import KNOBS, Config, checked
-
-    (tmp_path / "config.txt").write_bytes(main)
-    config = Config()
-    warnings = config.load()
-    for row in KNOBS:
-        assert checked(row[0], getattr(config, row[0])) == getattr(config, row[0])
-    if any(getattr(config, row[0]) != row[1] for row in KNOBS):
-        return
-    (tmp_path / "calibration.txt").write_bytes(main)
-    cal, more = startup.load_calibration()
-    assert cal.gyro_bias_dps == (0.0, 0.0, 0.0)
-    assert all(isinstance(w, str) for w in warnings + more)
-    assert more  # nothing of this is a calibration: it is said
+# ---- calibration and filters
 
 
 def test_a_calibration_is_stored_and_checked(port, tmp_path):
     from mpu6050.calibration import Calibration
 
-    from firmware import startup
+    from firmware import keeping
 
     made = Calibration(
         gyro_bias_dps=(1.5, -2.25, 0.5),
@@ -268,14 +97,14 @@ def test_a_calibration_is_stored_and_checked(port, tmp_path):
         date="2026-03-01",
         temp_c=31.0,
     )
-    startup.save_calibration(made)
+    keeping.save_calibration(made)
     text = (tmp_path / "calibration.txt").read_text()
     assert "gyro_bias_dps = 1.5 -2.25 0.5\n" in text
-    read, warnings = startup.load_calibration()
+    read, warnings = keeping.load_calibration()
     assert warnings == [] and read.to_dict() == made.to_dict()
     bad = "plumb calibration version 1 generation 9\ngyro_bias_dps = 1 2 500\n"
     (tmp_path / "calibration.txt").write_bytes(written(bad))
-    read, warnings = startup.load_calibration()
+    read, warnings = keeping.load_calibration()
     assert read.gyro_bias_dps == (0.0, 0.0, 0.0)
     assert any("gyro_bias_dps" in w for w in warnings)
 
