@@ -18,6 +18,7 @@ from rp2040py.memory_map import FLASH_START_ADDRESS
 from tools.virtual import firmware
 from tools.virtual.rp2040 import flash
 from tools.virtual.rp2040.console import CTRL_A, CTRL_B, CTRL_C, CTRL_D, RAW_PROMPT, Console
+from tools.virtual.rp2040.flash_chip import FlashChip
 from tools.virtual.rp2040.i2c_block import I2CBlock
 from tools.virtual.rp2040.terminal import Terminal
 from tools.virtual.rp2040.wires import Wires
@@ -54,8 +55,8 @@ class VirtualPico:
         self._device = BaseDevice(board=BoardSpec(image=image or firmware.rp2040_image()))
         self._simulator = self._device.simulator
         self._mcu = self._device.mcu
-        content = flash.image(flash.compiled(on_flash) if mpy else on_flash)
-        self._mcu.flash[flash.OFFSET : flash.OFFSET + len(content)] = content
+        self.flash = FlashChip(self._mcu)
+        self.flash.content = flash.image(flash.compiled(on_flash) if mpy else on_flash)
         self._console = self._device.cdc = Console(self._mcu.usb_ctrl)
         self._console.on_serial_data = self._on_output
         self._console.on_device_connected = lambda: self._console.send(b"\r\n")
@@ -151,8 +152,7 @@ class VirtualPico:
 
     def files(self):
         """{path: bytes} of the files on the board's flash at this moment."""
-        end = flash.OFFSET + flash.BLOCK_COUNT * flash.BLOCK_SIZE
-        return flash.read_image(bytes(self._mcu.flash[flash.OFFSET : end]))
+        return flash.read_image(self.flash.content)
 
     # the REPL
 
