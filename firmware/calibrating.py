@@ -12,24 +12,29 @@ c.save("2026-05-01")
 from mpu6050 import mounting
 from mpu6050.calibrate import Poses, gyro_bias, rest, with_slopes
 
-from firmware import startup
+from firmware import keeping
 
 _SLOPE_SPAN_C = 10.0  # two calibrations so far apart tell how the bias goes with temperature
+_DOUBTFUL_MG = 10.0  # half a degree from square is 9 mg
 
 
 class Calibrating:
     """The steps; each returns a text that says what was found. NotStill and ValueError say why
     one was refused; it may be tried again.
 
-    cal: the Calibration so far; it begins with the stored one.
+    cal: the Calibration so far; it begins with the stored one. warnings: about that, texts.
     """
 
     def __init__(self, imu):
         self._imu = imu
-        self.cal, self.warnings = startup.load_calibration()
+        self.cal, self.warnings = keeping.load_for(imu)
         self._stored = self.cal
+        self._solved = False
         self._poses = Poses(imu)
         self._level = []
+
+    def __repr__(self):
+        return "gyro(), pose() for each face up, solve(), level(), nose_up(), save(); app.start()"
 
     def gyro(self, seconds=2.0):
         """The gyro's bias, from rest."""
@@ -44,16 +49,25 @@ class Calibrating:
         missing = self._poses.missing()
         return "%s is up; %s" % (
             up,
-            "not yet up: " + ", ".join(missing) if missing else "all faces have been up",
+            "not yet up: " + ", ".join(missing) if missing else "all faces have been up: solve()",
         )
 
     def solve(self, faces=True):
         """Offset, scale and cross-axis of the accelerometer from the poses."""
         mounted = self.cal.gyro_matrix
         self.cal = self._poses.solve(self.cal, faces).but(gyro_matrix=mounted)
-        return "residual %.2f mg; accelerometer offset %.1f %.1f %.1f mg" % (
+        self._solved = True
+        text = "residual %.2f mg; accelerometer offset %.1f %.1f %.1f mg" % (
             (self.cal.residual_mg,) + tuple([1000 * b for b in self.cal.accel_bias_g])
         )
+        if self.doubtful:
+            text += "; much is left: it moved, or a side was not square"
+        return text
+
+    @property
+    def doubtful(self):
+        """Whether solve() left more than poses that are still and square would."""
+        return self._solved and self.cal.residual_mg > _DOUBTFUL_MG
 
     def level(self, headings=1, seconds=1.0):
         """The robot as level as can be; or call it `headings` times on any slope, the robot
@@ -77,13 +91,15 @@ class Calibrating:
         return "forward is %s, up is %s, %.1f degrees from square" % mounting.nearest(rotation)
 
     def save(self, date=""):
-        """Store it. With a stored one of the same part at another temperature, 10 degC away, the
-        biases over temperature are known from then on."""
+        """Store it. After solve(), and with a stored one of the same part 10 degC away, the biases
+        over temperature are known from then on."""
         new = self.cal.but(date=date, who_am_i=self._imu.who_am_i)
-        made = merged(self._stored, new)
-        startup.save_calibration(made)
+        # without solve() the accelerometer's bias is still that of the stored temperature
+        made = merged(self._stored, new) if self._solved else new.at(self._stored.temp_c)
+        keeping.save_calibration(made)
         self.cal = self._stored = made
-        return "saved" if made is new else "saved, with biases over temperature"
+        sloped = any(made.accel_slope_g_per_c)
+        return "saved, with biases over temperature" if sloped else "saved"
 
     def _up(self, seconds):
         still = rest(self._imu, seconds)

@@ -67,9 +67,77 @@ def test_the_mounting_is_found_on_a_slope(steps):
     pose(steps.rig, 30.0, 0, 25.0)  # y goes up
     assert steps.nose_up(0.3).startswith("forward is +y, up is +z")
     assert steps.save("2026-02-03") == "saved"
-    from firmware.startup import load_calibration
+    from firmware.keeping import load_calibration
 
     cal, warnings = load_calibration()
     assert warnings == [] and cal.date == "2026-02-03"
     forward = cal.apply((0.0, 1.0, 0.0), (0.0, 0.0, 0.0))[0]
     assert forward == pytest.approx((1.0, 0.0, 0.0), abs=0.02)
+
+
+def stored(**fields):
+    """A calibration on the flash, as an earlier day left it."""
+    from mpu6050.calibration import Calibration
+
+    from firmware import keeping
+
+    keeping.save_calibration(Calibration(**fields))
+    return keeping.load_calibration
+
+
+def test_the_gyro_alone_leaves_the_accelerometer_at_its_own_temperature(steps):
+    load = stored(
+        temp_c=10.0, accel_bias_g=(0.02, 0.0, 0.0), accel_slope_g_per_c=(0.001, 0.0, 0.0),
+        gyro_slope_dps_per_c=(0.1, 0.0, 0.0), residual_mg=0.5, who_am_i=0x68,
+    )  # fmt: skip
+    again = type(steps)(steps._imu)
+    pose(steps.rig, 0, 0, 25.0)
+    again.gyro(0.5)
+    again.save()
+    cal, _ = load()
+    assert cal.temp_c == 10.0
+    assert cal.accel_bias_g == pytest.approx((0.02, 0.0, 0.0), abs=1e-6)
+    assert cal.at(25.0).gyro_bias_dps == pytest.approx((0.0, 0.0, 0.0), abs=0.1)
+    assert cal.gyro_bias_dps[0] == pytest.approx(-1.5, abs=0.1)  # 15 degC of 0.1 deg/s each
+
+
+def test_of_another_parts_calibration_only_the_mounting_is_used(steps):
+    turned = (0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    stored(
+        accel_bias_g=(0.2, 0.0, 0.0), gyro_bias_dps=(9.0, 0.0, 0.0), gyro_matrix=turned,
+        accel_matrix=tuple(1.02 * v for v in turned), gyro_slope_dps_per_c=(0.1, 0.0, 0.0),
+        residual_mg=0.5, who_am_i=0x70,
+    )  # fmt: skip
+    again = type(steps)(steps._imu)
+    assert any("another kind of sensor" in text for text in again.warnings)
+    cal = again.cal
+    assert (cal.gyro_matrix, cal.accel_matrix) == (turned, turned)
+    assert (cal.accel_bias_g, cal.gyro_bias_dps) == ((0.0,) * 3, (0.0,) * 3)
+    assert cal.gyro_slope_dps_per_c == (0.0,) * 3
+
+
+def test_what_was_learned_does_not_replace_another_parts_calibration(steps):
+    from mpu6050.calibration import Calibration
+
+    from firmware import keeping
+
+    load = stored(accel_bias_g=(0.2, 0.0, 0.0), who_am_i=0x70)
+    learned = Calibration(gyro_bias_dps=(1.0, 2.0, 3.0), temp_c=30.0)
+    keeping.keep_learned(learned, steps._imu)
+    assert load()[0].gyro_bias_dps == (0.0, 0.0, 0.0)
+    load = stored(accel_bias_g=(0.2, 0.0, 0.0), who_am_i=0x68)
+    keeping.keep_learned(learned, steps._imu)
+    cal = load()[0]
+    assert cal.gyro_bias_dps == (1.0, 2.0, 3.0)
+    assert (cal.accel_bias_g, cal.temp_c) == ((0.2, 0.0, 0.0), 25.0)
+
+
+def test_poses_that_do_not_fit_are_called_doubtful(steps):
+    for roll, pitch in ((0, 0), (180, 0), (90, 0), (-90, 0), (0, -90)):
+        pose(steps.rig, roll, pitch, 25.0)
+        steps.pose(0.3)
+    pose(steps.rig, 0, 83, 25.0)  # 7 degrees from square
+    assert steps.pose(0.3).endswith("all faces have been up: solve()")
+    assert "much is left" in steps.solve()
+    assert steps.doubtful
+    assert repr(steps).startswith("gyro(), pose()")

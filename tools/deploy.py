@@ -64,7 +64,7 @@ def open_board(port):
         there = ", ".join(map(str, sorted(Path("/dev").glob("tty[AU][CS][MB]*")))) or "none"
         raise DeployError(
             f"no board at {port} ({error}; serial ports here: {there}). Check: the cable carries "
-            "data, you may use the port (group dialout), PORT= names it"
+            "data, you may use the port (group dialout), its name (PORT=)"
         ) from error
     try:
         board.enter_raw_repl(soft_reset=True)

@@ -70,6 +70,17 @@ class Calibration:
             accel_bias_g=_along(self.accel_bias_g, self.accel_slope_g_per_c, warm),
         )
 
+    def gyro_from(self, other):
+        """The same with the gyro's bias and slope of `other`, brought to this one's temp_c."""
+        return self.but(
+            gyro_bias_dps=other.at(self.temp_c).gyro_bias_dps,
+            gyro_slope_dps_per_c=other.gyro_slope_dps_per_c,
+        )
+
+    def mounting(self):
+        """All that another part can use of it: how the sensor sits in the robot."""
+        return Calibration(gyro_matrix=self.gyro_matrix, accel_matrix=self.gyro_matrix)
+
     def mounted(self, rotation):
         """The same, its output turned by this row-major rotation matrix (mounting.py)."""
         return self.but(

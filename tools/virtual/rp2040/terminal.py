@@ -3,10 +3,13 @@
 
 import os
 import select
+import signal
 import subprocess
 import sys
 import time
 import tty
+
+from tools.virtual.rp2040.console import CTRL_C, CTRL_D
 
 
 class Terminal:
@@ -48,19 +51,43 @@ class Terminal:
                 select.select([self._master], [], [], 0.0005)
 
     def mpremote(self, arguments, timeout_s):
-        """Run the real mpremote on this terminal: its exit code and what it printed (bytes).
-
-        After `timeout_s` of real time it is killed.
-        """
+        """Run the real mpremote on this terminal: its exit code and what it printed (bytes)."""
         command = [sys.executable, "-m", "mpremote", "connect", self.path, *arguments]
+        return self.program(command, timeout_s)
+
+    def program(self, command, timeout_s, person=None):
+        """Run a program beside the board: its exit code and what it printed (bytes).
+
+        After `timeout_s` of real time it is killed. `person(text)` sees what was printed since it
+        last typed, and returns what it types now: bytes, CTRL_C, CTRL_D (no more input) or None.
+        """
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+            command,
+            stdin=subprocess.PIPE if person else subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            bufsize=0,
+            # a background job ignores Ctrl-C, and so would what it starts
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
+        os.set_blocking(process.stdout.fileno(), False)
+        printed, seen = b"", 0
         end = time.monotonic() + timeout_s
-        while process.poll() is None and time.monotonic() < end:
-            self.serve_ms(10)
-        process.kill()
-        printed = process.communicate()[0]
+        try:
+            while process.poll() is None and time.monotonic() < end:
+                self.serve_ms(10)
+                printed += process.stdout.read() or b""
+                typed = person(printed[seen:]) if person else None
+                if typed:
+                    seen = len(printed)
+                    _type(process, typed)
+        finally:
+            process.kill()
+            process.wait()
+        printed += process.stdout.read() or b""
+        process.stdout.close()
+        if person:
+            process.stdin.close()
         return process.returncode, printed
 
     def _from_client(self):
@@ -80,3 +107,13 @@ class Terminal:
             return False
         del self._to_client[:written]
         return written > 0
+
+
+def _type(process, typed):
+    """What a terminal makes of keys."""
+    if typed == CTRL_C:
+        process.send_signal(signal.SIGINT)
+    elif typed == CTRL_D:
+        process.stdin.close()
+    else:
+        process.stdin.write(typed)
