@@ -13,7 +13,6 @@ import gc
 
 import micropython
 from micropython import const
-from mpu6050.calibration import ZERO
 
 from firmware import filters
 from firmware.board import find
@@ -21,16 +20,18 @@ from firmware.bridge import Bridge
 from firmware.config import Config
 from firmware.console import Console
 from firmware.health import CLOCK, Health
+from firmware.keeping import keep_learned
 from firmware.loop import Loop
 from firmware.outputs import Outputs
 from firmware.sensing import Sensing
-from firmware.startup import calibration, save_calibration, sensor
+from firmware.startup import calibration, sensor
 from firmware.telemetry import Telemetry
 from firmware.warming import Warming
 
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
-_CORRECT_TIMER = const(256)  # ticks between two looks at the mean period
-_CORRECT_EDGES = const(32)  # the same when the sensor's clock sets the pace
+_LOOKS_HZ = const(5)  # how often something slow is looked at
+_CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
+_CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
 
 # Knobs of the sensor and the loop: both are made anew when one changes.
 _SET_UP = ("rate_hz", "drive", "burst", "address", "gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
@@ -40,7 +41,7 @@ class App:
     """One sensor, one filter, one loop.
 
     Attributes: config, board, imu, calibration, filter, health, outputs, telemetry, loop,
-    warnings (texts), fresh (whether the last tick had a new good burst).
+    warnings (texts).
     """
 
     def __init__(self, board=None, console=None):
@@ -50,69 +51,87 @@ class App:
         self.telemetry = Telemetry(console or Console())
         self.outputs = Outputs()
         self.health = Health()
-        self.fresh = False
-        self._feed = None
         self.imu = self.filter = self.loop = self.calibration = None
 
     # ---- the block diagram
 
-    @micropython.native
-    def step(self, dt_us):
-        """One tick, dt_us after the last: sensor, filter with calibration, outputs, telemetry.
+    def _diagram(self):
+        """step(dt_us): one tick, dt_us after the last. Sensor -> filter, calibrated -> outputs.
 
-        A call costs 10 us and more on an RP2040, so what is idle is not called.
+        What it works with are local names: as attributes they cost 80 us more on an RP2040. What
+        is idle is not called.
         """
-        health = self.health
-        fresh = self.fresh = self.sensing.fetch(dt_us)
-        if fresh:
-            if health.gap_us or dt_us > self._late_us:
-                self._close_gap(health.gap_us or dt_us)
-                dt_us = self._period_us
-            filter = self.filter
-            if filter.timed:
-                filter.update(self.imu.counts, dt_us)
-            else:
-                filter.update(self.imu.counts)
-                self._until_correction -= 1
-                if not self._until_correction:
-                    self._correct_period()
-        else:
-            self.bridge.predict(self.imu.counts, dt_us, health.age_us)
-        stale = health.age_us >= health.stale_us
-        if self.outputs.active and not self.outputs.write(self, stale):
-            fresh = False
-        if fresh and self._feed is not None:
-            self._feed()
-        if self.telemetry.on:
-            self.telemetry.tick(self.filter, stale)
 
-    def _close_gap(self, gap_us):
-        """The first good burst after gap_us without one."""
+        @micropython.native
+        def step(
+            dt_us,
+            late_us=self.loop.period_us + (self.loop.period_us >> 1),
+            counts=self.imu.counts,
+            sensing=self.sensing,
+            health=self.health,
+            bridge=self.bridge,
+            outputs=self.outputs,
+            telemetry=self.telemetry,
+        ):
+            late = dt_us > late_us
+            if late:
+                bridge.remember(counts)
+            fresh = sensing.fetch(dt_us)
+            if fresh:
+                if late or health.gap_us:
+                    dt_us = self._close_gap(dt_us)
+                if bridge.timed:
+                    bridge.update(counts, dt_us)
+                else:
+                    bridge.update(counts)
+            else:
+                bridge.predict(counts, dt_us, health.age_us)
+            if outputs.active:
+                outputs.write(self, fresh, health.age_us >= health.stale_us)
+            if telemetry.on:
+                telemetry.tick(bridge.filter, health.age_us >= health.stale_us)
+
+        return step
+
+    def _close_gap(self, dt_us):
+        """The first good burst after a gap; returns the time that is left to it."""
         if self.sensing.another:
             self._other_part()  # whose filter starts anew: there is nothing to bridge
         else:
-            self.bridge.close(self.imu.counts, gap_us)
+            self.bridge.close(self.imu.counts, self.health.gap_us or dt_us)
         self.health.gap_us = 0
+        return self.bridge.period_us
 
-    def _correct_period(self):
-        """Let the filter's period follow the measured one: the sensor's clock is no crystal."""
-        self._until_correction = self._correct_every
+    def _step_failed(self):
+        """A step raised, which only an error of ours or a full heap can bring about."""
+        if self.stale:
+            self.outputs.safe()
+
+    @micropython.native
+    def _slowly(self, looks):
+        """_LOOKS_HZ times a second: what need not be done at every tick."""
+        if looks % self._correct_every == 0:
+            self._correct()
+
+    def _correct(self):
         self._warming.look(self.filter)
         mean = self.loop.recent_period_us()
-        if not mean or abs(mean - self._period_us) <= 1:
+        if not mean or abs(mean - self.bridge.period_us) <= 1:
             return
+        # the filter's period follows the measured one: the sensor's clock is no crystal
         nominal = self.loop.period_us
         off = abs(mean - nominal) * 200 > 3 * nominal
         if off and not self._clock_off:
             self.health.count(CLOCK)
         self._clock_off = off
-        self._period_us = self.filter.period_us = self.bridge.period_us = mean
+        self.bridge.pace(mean)
 
     def _other_part(self):
-        """Another part was plugged in: nothing of the old one's calibration but the mounting."""
+        """Another part was plugged in, whose biases nobody knows."""
         self.sensing.another = False
         self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
-        self.calibration = self.calibration.but(gyro_bias_dps=ZERO, accel_bias_g=ZERO)
+        self.calibration = self.calibration.mounting()
+        self._warming = Warming(self.calibration, self.imu)
         self.filter = self._made(None)
 
     # ---- at the REPL
@@ -126,8 +145,8 @@ class App:
         for text in self.warnings + warnings:
             print("warning:", text)
         self._wire()
-        if self.config.watchdog_ms and self._feed is None:
-            self._feed = self.board.watchdog(self.config.watchdog_ms).feed
+        if self.config.watchdog_ms and self.outputs.feed is None:
+            self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         self.loop.start()
 
@@ -140,9 +159,10 @@ class App:
         if self.loop and self.loop.running:
             self.loop.stop()
             self.outputs.safe()
-            learned = self._warming.learned()
-            if learned:
-                save_calibration(learned)
+            try:
+                keep_learned(self._warming.learned(), self.imu)
+            except (OSError, ValueError) as error:  # a full or worn flash; the bias is measured at each start
+                print("warning: what was learned of the gyro is not stored:", error)
 
     def set(self, name, value):
         """Change a knob; it takes effect at once. ValueError names what is allowed."""
@@ -165,6 +185,8 @@ class App:
         """Timing (firmware.loop), faults by cause (firmware.health) and telemetry, as a dict."""
         out = self.loop.stats() if self.loop else {}
         out.update(self.health.stats())
+        out["age_ms"] = self.age_us // 1000
+        out["stale"] = self.stale
         out["output_errors"] = self.outputs.failed
         out["telemetry_lines"] = self.telemetry.lines
         out["telemetry_dropped"] = self.telemetry.dropped
@@ -194,7 +216,7 @@ class App:
         return result
 
     def calibrating(self):
-        """The steps of a calibration (firmware.calibrating); ends the loop."""
+        """The steps of a calibration (firmware.calibrating); ends the loop, start() goes on."""
         from firmware.calibrating import Calibrating
 
         self.stop()
@@ -222,9 +244,19 @@ class App:
         return self.filter.yaw_mdeg / 1000
 
     @property
+    def fresh(self):
+        """Whether the last tick had a new good burst."""
+        return self.health.age_us == 0
+
+    @property
+    def age_us(self):
+        """Age of the last good sample in microseconds, also when the ticks stay away."""
+        return self.health.age_us + (self.loop.since_us() if self.loop else 0)
+
+    @property
     def stale(self):
-        """True when the last good sample is older than failsafe_ms."""
-        return self.health.stale
+        """True when the last good sample is older than failsafe_ms, or the loop does not run."""
+        return self.loop is None or not self.loop.running or self.age_us >= self.health.stale_us
 
     # ---- set-up
 
@@ -232,28 +264,27 @@ class App:
         config, board = self.config, self.board
         timed = config.drive == "timer"
         split = timed and config.burst != "blocking" and self.imu.split
-        # a sensor slower than the loop gives each burst several times
         self.health = Health(
             config.failsafe_ms * 1000,
-            10 + 3 * config.rate_hz // config.sensor_hz,
+            10 + 3 * config.rate_hz // config.sensor_hz,  # a slower sensor's bursts come again
             1000000 // config.dlpf_hz,
-            config.rate_hz // 5,
+            config.rate_hz // _LOOKS_HZ,
         )
-        self.sensing = Sensing(self.imu, board, self.health, split)
+        self.sensing = Sensing(self.imu, board, self.health, split, self._slowly)
         self.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
         self.loop = Loop(
-            self.step,
+            None,
             board.timer if timed else board.data_ready,
             config.rate_hz,
             grid=timed,
             ahead=self.sensing.begin if split else None,
             lead_us=_LEAD_US,
             guard=None if timed else board.timer,
+            failed=self._step_failed,
         )
-        self._period_us = self.loop.period_us
-        self._late_us = self._period_us + (self._period_us >> 1)
+        self.bridge = Bridge(self.loop.period_us, self.imu.gyro_lsb_per_dps)
+        self.loop.step = self._diagram()
         self._correct_every = _CORRECT_TIMER if timed else _CORRECT_EDGES
-        self._until_correction = self._correct_every
         self._clock_off = False
         self._warming = Warming(self.calibration, self.imu)
         self.filter = self._made(None)
@@ -261,12 +292,7 @@ class App:
     def _made(self, old):
         """The filter of config.filter, going on where `old` is; changed between two ticks."""
         made = filters.make(self.config, self.calibration, self.imu)
-        if not made.timed:
-            made.period_us = self._period_us
-        bridge = Bridge(
-            made, made.timed, self._period_us, self.health.memory, self.imu.gyro_lsb_per_dps
-        )
         if old is not None:
             made.go_on_from(old)
-        self.bridge = bridge
+        self.bridge.use(made)
         return made

@@ -12,8 +12,6 @@ from math import pi
 
 from micropython import const
 
-from firmware.guard import before
-
 _PREDICT_US = const(250000)  # longer than that the last rate says nothing
 _AT_ONCE = const(8)  # updates in one tick at most, about 1 ms
 _HALF_SCALE = const(16384)
@@ -21,21 +19,36 @@ _MOST = const(32000)  # short of what a filter takes for saturated
 
 
 class Bridge:
-    """For one estimator: `estimate` is fixed (integers) or takes the time as well (`timed`).
+    """The estimator `filter`, with a bridge over each gap; period_us is the loop's.
 
-    memory: of firmware.guard, which knows the rate before the last.
+    update: of the filter; `timed`: whether it takes the time as well as the counts.
     """
 
-    def __init__(self, estimate, timed, period_us, memory, gyro_lsb_per_dps):
-        self._estimate = estimate
-        self._timed = timed
-        self._memory = memory
+    def __init__(self, period_us, gyro_lsb_per_dps):
         self.period_us = period_us
         self._made = 0  # updates since the last good sample
         self._counts = array("h", [0] * 7)
+        self._before = array("h", [0] * 7)  # the last burst before ticks were lost
         self._parts = array("i", [0] * 3)
         # counts of the gyro to the angle of a period, rad * 2^29
         self._turn = round(period_us * 1e-6 / gyro_lsb_per_dps * pi / 180 * (1 << 29))
+
+    def use(self, filter):
+        """Work with this filter from now on; what was predicted is in its state, or forgotten."""
+        self._made = 0
+        self.filter, self.update, self.timed = filter, filter.update, filter.timed
+        self.pace(self.period_us)
+
+    def pace(self, period_us):
+        """From now on a tick comes every period_us."""
+        self.period_us = period_us
+        if not self.timed:
+            self.filter.period_us = period_us
+
+    def remember(self, counts):
+        """Ticks were lost; `counts` is still the burst of the last one."""
+        for i in range(7):
+            self._before[i] = counts[i]
 
     def predict(self, counts, dt_us, age_us):
         """A tick without a sample: turn on with the last good one, `counts`."""
@@ -66,14 +79,14 @@ class Bridge:
         """A good sample gap_us after the last good one; the caller updates with it afterwards."""
         made, self._made = self._made, 0
         if gap_us > _PREDICT_US:
-            self._estimate.relevel()
+            self.filter.relevel()
             return
         missing = (gap_us + (self.period_us >> 1)) // self.period_us - 1
         if not made and missing < 1:
             return
         extra = self._counts
         for axis in range(4, 7):
-            rate = extra[axis] if made else before(self._memory, axis)
+            rate = extra[axis] if made else self._before[axis]
             self._parts[axis - 4] = ((rate + counts[axis]) * missing >> 1) - rate * made
         most = max(max(self._parts), -min(self._parts))
         times = min(most // _HALF_SCALE + 1, _AT_ONCE)
@@ -84,10 +97,10 @@ class Bridge:
             self._update(extra)
 
     def _update(self, counts):
-        if self._timed:
-            self._estimate.update(counts, self.period_us)
+        if self.timed:
+            self.update(counts, self.period_us)
         else:
-            self._estimate.update(counts)
+            self.update(counts)
 
 
 def _counts(value):

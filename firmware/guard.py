@@ -18,15 +18,15 @@ SATURATED = const(6)
 
 # the memory, 16-bit words: the last good burst is at 0
 _REJECTED = const(8)  # the burst that was taken for a leap
-_BEFORE = const(16)  # the gyro of the good burst before the last
-_SAME = const(19)  # how often the same burst came
-_JUMPS = const(20)  # rejected as a leap in a row
-_PRIMED = const(21)
-_ACCEL_OVER = const(22)  # bursts with a saturated accelerometer, which are good
-_SAME_MAX = const(23)  # identical bursts in a row that are still good
-_LEFT = const(24)  # good bursts until judge() says LOOK, and how many there are between two
-_EVERY = const(25)
-_WORDS = const(26)
+_SAME = const(16)  # how often the same burst came
+_JUMPS = const(17)  # rejected as a leap in a row
+_PRIMED = const(18)  # there is a last good burst to compare with
+_CALM = const(19)  # primed, and the last burst was neither the same nor a leap
+_ACCEL_OVER = const(20)  # bursts with a saturated accelerometer, which are good
+_SAME_MAX = const(21)  # identical bursts in a row that are still good
+_LEFT = const(22)  # good bursts until judge() says LOOK, and how many there are between two
+_EVERY = const(23)
+_WORDS = const(24)
 
 # Largest step of one sample, counts. Gyro: an eighth of full scale, what a flipped bit 12 makes;
 # accelerometer: half of full scale, since vibration is not a fault.
@@ -54,13 +54,7 @@ def look_next(words):
 
 def forget(words):
     """The next burst is no leap, whatever came before: after an outage."""
-    words[_PRIMED] = 0
-
-
-def before(words, place):
-    """Gyro counts of the good burst before the last, by their place in a burst, 4 to 6."""
-    value = words[_BEFORE - 4 + place]
-    return value - 65536 if value & 0x8000 else value
+    words[_PRIMED] = words[_CALM] = 0
 
 
 def hold(counts, words):
@@ -110,19 +104,14 @@ def judge(counts, words) -> int:
     z = c[2]
     leap = x - m[0] + _ACCEL_LEAP | y - m[1] + _ACCEL_LEAP | z - m[2] + _ACCEL_LEAP
     large |= (x ^ x << 1 | y ^ y << 1 | z ^ z << 1 | leap) & 0x8000
-    if large or fresh == 0 or m[_PRIMED] == 0:
+    if large or fresh == 0 or m[_CALM] == 0:
         return int(_doubt(counts, words))
-    m[_BEFORE] = m[4]
-    m[_BEFORE + 1] = m[5]
-    m[_BEFORE + 2] = m[6]
-    p = ptr32(counts)
-    q = ptr32(words)
+    p = ptr32(c)  # of a pointer it is free, of an object a call
+    q = ptr32(m)
     q[0] = p[0]
     q[1] = p[1]
     q[2] = p[2]
     m[6] = c[6]
-    m[_SAME] = 0
-    m[_JUMPS] = 0
     t = m[_LEFT] - 1
     m[_LEFT] = t
     if t:
@@ -188,14 +177,16 @@ def _doubt(counts, words) -> int:
             m[_REJECTED + i] = c[i]
             c[i] = m[i]
         else:
-            if i > 3:
-                m[_BEFORE - 4 + i] = m[i]
             m[i] = c[i]
         i += 1
+    m[_CALM] = 0
     if fault:
         return fault
-    m[_PRIMED] = 1
     m[_JUMPS] = 0
+    if changed or m[_PRIMED] == 0:
+        m[_SAME] = 0
+        m[_CALM] = 1
+    m[_PRIMED] = 1
     i = m[_LEFT] - 1
     m[_LEFT] = i
     if i:

@@ -67,11 +67,6 @@ class Health:
         self.in_row = 0
         self.last = 0
 
-    @property
-    def stale(self):
-        """Whether the last good sample is older than failsafe_ms."""
-        return self.age_us >= self.stale_us
-
     def good(self, dt_us):
         """A good burst after others that were not, dt_us after the last tick."""
         self.gap_us = self.age_us + dt_us
@@ -108,8 +103,8 @@ class Health:
         self.counts[cause] += 1
 
     def stats(self):
-        """{cause: count} of the causes seen, and the age of the last good sample in ms."""
-        out = {"age_ms": self.age_us // 1000, "stale": self.stale}
+        """{cause: count} of the causes seen."""
+        out = {}
         for code in range(1, len(POLICY)):
             if self.counts[code]:
                 out[POLICY[code][0]] = self.counts[code]

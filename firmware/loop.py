@@ -8,19 +8,23 @@ skipped: the loop never bursts to catch up. The tick allocates nothing.
 
 import time
 
+import micropython
 from micropython import const
 
 from firmware.timing import Timing, account
 
 # places in the accounts of firmware.timing
 _RUNNING = const(0)
+_TICKS = const(5)
 _TOOK = const(9)
+
+_FAR_US = const(1 << 29)  # half of the ticks' wrap
 
 
 class Loop:
     """Calls `step(dt_us)` with a fixed period; dt_us is the measured time since the last call.
 
-    step: the work of a tick, a bound method or function of one int.
+    step: the work of a tick, a function of one int; an attribute, so it may be set later.
     source: `source(period_us, callback)` starts ticking and returns an object with deinit():
         board.timer or board.data_ready.
     rate_hz: 80 to 1000; the period is whole microseconds.
@@ -28,9 +32,11 @@ class Loop:
     ahead, lead_us: with a timer, called this long before each step; for starting a transfer that
         the step collects. Its exceptions are counted like those of the step.
     guard: for edges, a second source, a timer: it ticks in their place when they stay away.
+    failed: called after a step that raised.
     """
 
-    def __init__(self, step, source, rate_hz=250, grid=True, ahead=None, lead_us=0, guard=None):
+    def __init__(self, step, source, rate_hz=250, grid=True, ahead=None, lead_us=0, guard=None,
+                 failed=None):  # fmt: skip
         if not 80 <= rate_hz <= 1000:
             raise ValueError("rate_hz %s: 80 to 1000" % rate_hz)
         self.period_us = round(1000000 / rate_hz)
@@ -38,11 +44,14 @@ class Loop:
         self.error = None
         self.edges_missing = 0
         self._grid = grid
-        self._step = step
+        self.step = step
         self._source = source
         self._ahead = ahead
         self._lead_us = lead_us
         self._guard = guard
+        self._failed = failed
+        self._failed_tick = -1  # the number of the last tick that raised
+        self._worked_us = 0  # when the last step before those began
         # bound methods are heap blocks: made once, here
         self._on_tick = self._tick
         self._on_lead = self._lead
@@ -65,6 +74,7 @@ class Loop:
         self.errors = 0
         self.error = None
         self.edges_missing = 0
+        self._failed_tick = -1
         if self._ahead is not None:
             self._sources.append(self._source(self.period_us, self._on_lead))
             time.sleep_us(self._lead_us)
@@ -96,10 +106,21 @@ class Loop:
         out["edges_missing"] = self.edges_missing
         return out
 
+    def since_us(self):
+        """Microseconds since the last step that did not raise; beyond 9 minutes a large number."""
+        worked = self._timing.last_us()
+        if self._failed_tick == self._words[_TICKS]:
+            worked = self._worked_us
+        passed = self._ticks_diff(self._ticks_us(), worked)
+        return passed if passed >= 0 else _FAR_US
+
     def recent_period_us(self):
         """Mean period since the last call, lost ticks included, rounded; 0 when unknown."""
         return self._timing.recent_period_us()
 
+    # native: bytecode takes twice as long, and its larger frames are looked for on the heap
+
+    @micropython.native
     def _lead(self, _source):
         if self._words[_RUNNING]:
             try:
@@ -114,19 +135,32 @@ class Loop:
             self.edges_missing += 1
             self._tick(source)
 
+    @micropython.native
     def _tick(self, _source):
         now = self._ticks_us()
         dt_us = account(self._words, self._bins, now)
         if not dt_us:
             return
         try:
-            self._step(dt_us)
+            self.step(dt_us)
         except Exception as error:  # nothing may leave the timer: it would print at every tick
             self.errors += 1
             self.error = error
+            self._step_failed(now, dt_us)
         if self._flag is not None:
             self._flag.set()
         self._words[_TOOK] = self._ticks_diff(self._ticks_us(), now)
+
+    def _step_failed(self, now, dt_us):
+        tick = self._words[_TICKS]
+        if tick != self._failed_tick + 1:  # the first in a row
+            self._worked_us = now - dt_us & 2 * _FAR_US - 1
+        self._failed_tick = tick
+        if self._failed is not None:
+            try:
+                self._failed()
+            except Exception:  # a full heap; the next tick tries again
+                self.errors += 1
 
 
 class _Samples:

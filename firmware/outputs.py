@@ -10,7 +10,7 @@ import sys
 class Outputs:
     """Functions of one argument, the app. `failed` counts their exceptions.
 
-    active: whether there is any function.
+    feed: the watchdog's function, or None; active: whether there is anything to call.
     """
 
     def __init__(self):
@@ -18,6 +18,7 @@ class Outputs:
         self._safes = []
         self._is_safe = False
         self.active = False
+        self.feed = None
         self.failed = 0
         self.error = None
 
@@ -28,18 +29,26 @@ class Outputs:
         if safe is not None:
             self._safes.append(safe)
 
+    def watch(self, feed):
+        """Call `feed()`, a watchdog's, after each good step."""
+        self.feed = feed
+        self.active = True
+
     def clear(self):
         """Take all functions away, their outputs safe."""
         self.safe()
-        self.active = False
+        self.active = self.feed is not None
         self._updates.clear()
         self._safes.clear()
 
-    def write(self, app, stale):
-        """One tick; allocates nothing unless the functions do. False when one has failed."""
+    def write(self, app, fresh, stale):
+        """One tick; allocates nothing unless the functions do.
+
+        fresh: it had a new good burst; then, and when no function fails, the watchdog is fed.
+        """
         if stale:
             self.safe()
-            return False
+            return
         self._is_safe = False
         failed = self.failed
         for update in self._updates:
@@ -47,7 +56,8 @@ class Outputs:
                 update(app)
             except Exception as error:
                 self._failed(error)
-        return failed == self.failed
+        if fresh and self.feed is not None and failed == self.failed:
+            self.feed()
 
     def safe(self):
         """Put every output into its safe state, once until the next write."""

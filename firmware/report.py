@@ -38,7 +38,7 @@ def report(app):
         "temp_c": imu.temp_c(),
         "part": imu.profile.name,
         "registers_good": faults.get("register", 0) == 0,
-        "stale": faults.pop("stale"),
+        "stale": app.stale,
         "faults": faults,
     }
 

@@ -38,8 +38,9 @@ _PER_TICK = const(4)  # registers verified in a tick, about as long as a burst
 class Sensing:
     """Fetches for the loop. `split`: begin() starts the burst that fetch() collects.
 
-    imu: the driver; board: for the recovery of the bus; health: takes the counts. `another` is
-    True when another part was taken on, until somebody sets it False.
+    imu: the driver; board: for the recovery of the bus; health: takes the counts; slowly: called
+    with a count whenever it is time for slow work (health's look_every).
+    another: True when another part was taken on, until somebody sets it False.
 
     fetch(dt_us): True with a new good burst in imu.counts; False with the last good one there.
     dt_us: time since the last call. Faults are counted and acted on; nothing is raised. While
@@ -47,11 +48,13 @@ class Sensing:
     would cost as much as the judgement of the burst.
     """
 
-    def __init__(self, imu, board, health, split):
+    def __init__(self, imu, board, health, split, slowly):
         self._imu = imu
         self._board = board
         self._health = health
         self._split = split
+        self._slowly = slowly
+        self._looks = 0
         self._wait_us = 0
         self._row = 0
         self._sure = True  # that the chip has its settings
@@ -94,6 +97,7 @@ class Sensing:
         self._mode = mode
         self.fetch = self._mending if mode else self._taking
 
+    @micropython.native
     def _odd(self, cause, dt_us):
         if cause == guard.LOOK:
             return self._look(dt_us)
@@ -102,6 +106,7 @@ class Sensing:
         self._act(self._health.bad(cause, dt_us))
         return False
 
+    @micropython.native
     def _look(self, dt_us):
         """A good burst after an outage, or time to compare the next of the registers."""
         health = self._health
@@ -113,11 +118,13 @@ class Sensing:
             health.good(dt_us)
             return True
         try:
-            if not self._imu.check():
+            if not (self._imu.check() or self._imu.recheck()):
                 health.count(h.REGISTER)
                 self._act(h.REPAIR)
         except OSError as error:
             health.count(_cause(error))
+        self._looks += 1
+        self._slowly(self._looks)
         return True
 
     def _act(self, action):
@@ -175,7 +182,7 @@ class Sensing:
     def _verify(self):
         imu = self._imu
         for _ in range(_PER_TICK):
-            if not imu.check():
+            if not (imu.check() or imu.recheck()):
                 imu.rewind()
                 self._health.count(h.REGISTER)
                 self._go(_REPAIR)

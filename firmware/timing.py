@@ -30,7 +30,8 @@ _MEAN256 = const(16)  # sum of the 256 periods of the last whole window; 0 befor
 _EARLIEST = const(17)  # least lateness in the window that runs
 _MARK = const(18)  # _LAST and _TICKS + _LOST when recent_period_us() was asked last
 _MARK_TICKS = const(19)
-_WORDS = const(20)
+_WRAPS = const(20)  # how often ticks_us began anew
+_WORDS = const(21)
 
 # Histograms, log-linear, 8 bins per octave, exact below 16 us, up to 2^20 us.
 _BINS = const(144)
@@ -73,6 +74,8 @@ def account(words: ptr32, bins: ptr32, now: int) -> int:
         words[_TOOK_MAX] = took
     if took > period:
         words[_OVERRUNS] += 1
+    if now < words[_LAST]:
+        words[_WRAPS] += 1
     words[_LAST] = now
     if words[_TICKS] == 0:
         words[_TICKS] = 1
@@ -175,6 +178,7 @@ class Timing:
             "lost": words[_LOST],
             "overruns": words[_OVERRUNS],
             "skipped_calls": words[_EXTRA],
+            "tick_wraps": words[_WRAPS],
             "period_us": words[_PERIOD],
             "period_mean_us": mean,
             "period_min_us": words[_DT_MIN] if seen else 0,

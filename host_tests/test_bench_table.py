@@ -13,6 +13,11 @@ empty 15.85
 row bus.read14 441.6 449.1 0.0 1
 row float.kalman.update 430.0 590.0 464.0 0
 row step.attitude 500.0 541.0 0.0 1
+row app.blocking 612.0 900.0 0.0 1
+row app.blocking.unchecked 600.0 700.0 0.0 1
+row app.split 150.0 300.0 0.0 1
+row app.split.unchecked 120.0 200.0 0.0 1
+left 250 0.925
 """
 
 
@@ -26,7 +31,9 @@ def test_the_figures_are_kept_as_they_came(board, tmp_path):
     result = json.loads((tmp_path / "new" / "bench.json").read_text())
     assert result["board"] == "Raspberry Pi Pico with RP2040"
     assert result["mhz"] == 125
-    read, kalman, step = result["rows"]
+    read, kalman, step, *app = result["rows"]
+    assert len(app) == 4
+    assert result["left"] == {"250": 0.925}
     assert (read["name"], read["us"], read["bytes"]) == ("bus.read14", 441.6, 0.0)
     assert (kalman["us"], kalman["bytes"], kalman["locked"]) == (430.0, 464.0, False)
     assert step["worst_us"] == 541.0
@@ -40,6 +47,8 @@ def test_the_table_shows_bars_and_margins(board, capsys):
     words = [" ".join(line.split()) for line in lines]
     assert "step.attitude 500.0 541.0 650 0 may be locked" in words
     assert "step.attitude 12.5 % 25.0 % 50.0 %" in words
+    assert "blocking 12.0 2.0 %" in words  # of 600 us
+    assert "split 30.0 25.0 %" in words
     assert any("float.kalman.update" in line and "is used" in line for line in lines)
 
 

@@ -65,6 +65,12 @@ def test_every_file_and_folder_named_exists():
         assert (ROOT / name).exists(), name
 
 
+def test_the_table_of_faults_is_the_firmwares():
+    section = f"<!-- policy -->\n{figures.policy()}\n<!-- end policy -->"
+    assert section in README
+    assert "| `timeout` | the bus does not move (ETIMEDOUT) | recover |" in README
+
+
 def test_a_section_is_replaced_and_a_missing_one_refused():
     text = "a\n<!-- bench -->\nold\n<!-- end bench -->\nb"
     assert figures.put(text, "bench", "new") == "a\n<!-- bench -->\nnew\n<!-- end bench -->\nb"

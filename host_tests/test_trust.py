@@ -12,6 +12,7 @@ from tools.faults.measure import run
 from tools.faults.rig import Rig
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
+from tools.virtual.fault import Fault
 from tools.virtual.faults import make
 from tools.virtual.motion import Still, Temperature
 from tools.virtual.port import Port, VirtualReset
@@ -144,6 +145,42 @@ def test_outputs_get_their_safe_value_once_when_stale_longer_than_set(port):
     assert calls[-1] == "on" and calls.count("safe") == 1
 
 
+def test_an_estimate_whose_ticks_stay_away_says_so_by_itself(port):
+    app = started(port)
+    assert not app.stale  # until the first tick the start counts
+    port.run_ms(50)
+    port.clock.scheduler.depth = 0  # every soft callback is lost: nothing of the app runs
+    port.run_ms(90)
+    assert not app.stale and 84 <= app.stats()["age_ms"] <= 94
+    port.run_ms(20)
+    assert app.stale and app.stats()["stale"]
+    port.run_ms(1000)
+    assert app.stats()["age_ms"] >= 1100
+    app.stop()
+    assert app.stale
+
+
+def test_a_step_that_raises_makes_the_estimate_stale_and_the_outputs_safe(port):
+    app = started(port)
+    calls = []
+    app.outputs.add(lambda app: calls.append("on"), lambda: calls.append("safe"))
+    update = app.bridge.update
+
+    def full(counts):
+        raise MemoryError
+
+    app.bridge.update = full
+    port.run_ms(90)
+    assert not app.stale
+    port.run_ms(40)
+    assert app.stale and calls == ["safe"]
+    assert app.stats()["errors"] > 30 and isinstance(app.loop.error, MemoryError)
+    app.bridge.update = update
+    port.run_ms(40)
+    assert not app.stale and app.stats()["age_ms"] <= 4 and calls[-1] == "on"
+    assert port.errors == []
+
+
 def test_the_watchdog_is_fed_by_good_steps_only(port):
     app = started(port, watchdog_ms=2000)
     port.run_ms(1000)  # good steps keep it quiet
@@ -191,6 +228,38 @@ def test_the_report_at_rest(port):
     assert port.bus.devices[0].registers[0x1B] == 0x08  # and it was put right
 
 
+class GarbledLooks(Fault):
+    """A one-byte answer is wrong: always the first time, `both`: the second too."""
+
+    def __init__(self, both, **times):
+        super().__init__(**times)
+        self.both, self.place = both, 0
+
+    def on_start(self, bus, device, read, ack):
+        self.place = 0
+        return ack
+
+    def on_read(self, bus, value, last):
+        alone = last and self.place == 0
+        self.place += 1
+        self.hits += alone
+        return value ^ 0xFF if alone and (self.both or self.hits % 2) else value
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_a_garbled_look_at_a_register_costs_no_sample(port, both):
+    app = started(port)
+    port.run_ms(100)
+    fault = GarbledLooks(both, at_s=port.now_ns / 1e9)
+    port.bus.faults.append(fault)
+    ages = []
+    app.outputs.add(lambda app: ages.append(app.health.age_us))
+    port.run_ms(2000)
+    assert fault.hits >= 18
+    assert (app.stats().get("register", 0) > 0) is both
+    assert (max(ages) > 0) is both  # repairing costs samples, so it is not done at once
+
+
 def test_self_test_on_demand_and_at_start(port, capsys):
     app = started(port)
     good, lines = app.self_test()
@@ -217,7 +286,7 @@ def test_the_gyros_bias_over_temperature_is_learned_at_rest_and_stored(tmp_path,
         app = started(port)
         port.run_ms(70_000)
         app.stop()
-        from firmware.startup import load_calibration
+        from firmware.keeping import load_calibration
 
         cal, warnings = load_calibration()
     assert warnings == []

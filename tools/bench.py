@@ -50,7 +50,7 @@ def run_on(port):
 
 def parse(text):
     """The script's lines as {"board", "mhz", "rows": [...], "modules": [...]}."""
-    result = {"rows": [], "modules": []}
+    result = {"rows": [], "modules": [], "left": {}}
     for line in text.splitlines():
         kind, *words = line.split()
         if kind == "board":
@@ -62,6 +62,8 @@ def parse(text):
             result["modules"].append(
                 {"name": words[0], "import_ms": int(words[1]) / 1000, "ram_bytes": int(words[2])}
             )
+        elif kind == "left":
+            result["left"][words[0]] = round(float(words[1]), 3)
         elif kind == "row":
             us, worst, size = (round(float(word), 1) for word in words[1:4])
             result["rows"].append(
@@ -74,6 +76,17 @@ def parse(text):
                 }
             )
     return result
+
+
+def checks(result):
+    """{burst: (us, per cent)}: what the health checks add to a step of the app."""
+    us = {row["name"]: row["us"] for row in result["rows"]}
+    found = {}
+    for burst in ("blocking", "split"):
+        bare = us[f"app.{burst}.unchecked"]
+        extra = us[f"app.{burst}"] - bare
+        found[burst] = (extra, 100 * extra / bare)
+    return found
 
 
 def table(result):
@@ -94,6 +107,11 @@ def table(result):
         if row["name"].split(".")[0] in ("step", "split"):
             shares = "".join(f"{row['us'] * hz / 1e4:8.1f} %" for hz in RATES_HZ)
             lines.append(f"{row['name']:24}{shares}")
+    lines += ["", "health checks of the app: us a step, share of the same step without them"]
+    for burst, (us, share) in checks(result).items():
+        lines.append(f"{burst:24}{us:9.1f}{share:8.1f} %")
+    left = "".join(f"{100 * part:6.0f} % at {hz} Hz" for hz, part in result["left"].items())
+    lines += ["", f"processor left beside the app:{left}"]
     lines += ["", f"{'import, in this order':28}{'ms':>7}{'RAM bytes':>12}"]
     for module in result["modules"]:
         lines.append(f"{module['name']:28}{module['import_ms']:7.0f}{module['ram_bytes']:12}")

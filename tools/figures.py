@@ -3,12 +3,16 @@
 
 `python -m tools.figures DIR` takes the results that the other commands wrote into DIR (bench.json,
 accuracy.json, faults.json, results.json; those that are there) and rewrites the tables between
-the README's `<!-- NAME -->` and `<!-- end NAME -->`. `make figures` measures and does this.
+the README's `<!-- NAME -->` and `<!-- end NAME -->`, and the firmware's table of faults.
+`make figures` measures and does this.
 """
 
 import argparse
 import json
 from pathlib import Path
+
+from tools import bench as measured
+from tools.virtual.port import Port
 
 README = Path(__file__).resolve().parent.parent / "README.md"
 RATES_HZ = (250, 500, 1000)
@@ -29,7 +33,17 @@ def bench(result):
         shares = [f"{row['us'] * hz / 1e4:.0f} %" if is_step else "" for hz in RATES_HZ]
         rows.append([f"`{row['name']}`", f"{row['us']:.0f}", f"{row['bytes']:.0f}", *shares])
     head = ["stage", "us", "heap bytes", *(f"of {hz} Hz" for hz in RATES_HZ)]
-    return f"{result['board']}, {result['mhz']} MHz:\n\n" + table(head, rows)
+    (us, share), (split_us, split_share) = (
+        measured.checks(result)[burst] for burst in ("blocking", "split")
+    )
+    left = ", ".join(f"{100 * part:.0f} % at {hz} Hz" for hz, part in result["left"].items())
+    return (
+        f"{result['board']}, {result['mhz']} MHz:\n\n{table(head, rows)}\n\n"
+        "`app` is a whole tick of the app, with the burst waited for (`blocking`) or in the "
+        f"background (`split`).\nIts health checks add {us:.0f} us, {share:.1f} %, to the first "
+        f"and {split_us:.0f} us, {split_share:.0f} %, to the second, which is so much shorter.\n"
+        f"Beside the app the processor is free for {left}."
+    )
 
 
 def accuracy(result):
@@ -44,13 +58,13 @@ def accuracy(result):
 
 
 def faults(result):
-    """Each fault kind: runs, detected, recovered, the slowest recovery, the largest error."""
+    """Each fault kind: runs, detected, recovered, the slowest recovery, the largest errors."""
     rows = [
         (name, k["runs"], k["detected"], k["recovered"], f"{k['max_recovery_s'] * 1000:.0f}",
-         f"{k['max_error_deg']:.2f}")
+         f"{k['max_error_deg']:.2f}", f"{k['error_1s_deg']:.2f}")
         for name, k in result["kinds"].items()
     ]  # fmt: skip
-    head = ["fault", "runs", "detected", "recovered", "slowest, ms", "largest error, deg"]
+    head = ["fault", "runs", "detected", "recovered", "slowest, ms", "error, deg", "1 s after"]
     return table(head, rows) + f"\n\nUncaught exceptions: {result['uncaught']}."
 
 
@@ -67,6 +81,20 @@ def results(result):
         f"Balancing robot: stood {result['balance']['stood_s']:.0f} s. "
         f"Quadcopter step: {quad['step_us']:.0f} us, {quad['bytes']} bytes."
     )
+
+
+def policy():
+    """What the firmware does about each cause, from its own table."""
+    with Port("rp2"):
+        from firmware import health
+    names = ("HOLD", "VERIFY", "REPAIR", "RESET", "RECOVER", "RING", "ADOPT")
+    actions = {getattr(health, name): name.lower() for name in names}
+    rows = []
+    for cause, seen, after, action in health.POLICY[1:]:
+        when = f"{actions[action]}, after {after}" if after > 1 else actions[action]
+        rows.append((f"`{cause}`", seen, when))
+    lines = ["| cause in `app.stats()` | how it is seen | then |", "|---|---|---|"]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
 SECTIONS = {"bench": bench, "accuracy": accuracy, "faults": faults, "results": results}
@@ -90,6 +118,7 @@ def main():
     for name in found:
         body = SECTIONS[name](json.loads((folder / f"{name}.json").read_text()))
         text = put(text, name, body)
+    text = put(text, "policy", policy())
     README.write_text(text)
     print(f"{README}: {', '.join(found) or 'nothing'} from {folder}")
 

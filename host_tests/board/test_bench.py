@@ -13,8 +13,11 @@ BARS_US = {
     "step.attitude": 590,
     "split.kalman2": 75,
     "split.attitude": 150,
+    "app.blocking": 650,
+    "app.split": 230,
 }
-NAMES = {*BARS_US, "bus.read14", "float.kalman.update", "float.attitude.update"}
+NAMES = {*BARS_US, "bus.read14", "float.kalman.update", "float.attitude.update",
+         "app.blocking.unchecked", "app.split.unchecked"}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -48,3 +51,16 @@ def test_float_filters_do_use_the_heap_so_the_measure_works(result):
         if row["name"].startswith("float"):
             assert row["bytes"] > 100
             assert not row["locked"]
+
+
+def test_the_health_checks_cost_at_most_five_percent_of_a_step(result):
+    us, share = bench.checks(result)["blocking"]
+    print(f"health checks: {us:.1f} us a step, {share:.1f} %")
+    assert 5 < us < 0.05 * 480  # what step.kalman2, the shortest, may take
+    assert share < 5
+    assert bench.checks(result)["split"][0] < 24  # the same work; the share is that of less
+
+
+def test_the_app_leaves_most_of_the_processor_to_the_program_beside_it(result):
+    assert result["left"]["250"] > 0.9
+    assert result["left"]["1000"] > 0.7

@@ -70,7 +70,7 @@ def test_is_counted_and_recovered_in_time(board, name, parameters, for_s, counte
         assert fault.done  # the clocks freed it, not the time
     board.bus.faults.clear()
     assert stats.get(counter, 0) > before.get(counter, 0)
-    assert fresh and not stale and stats["age_ms"] == 0
+    assert fresh and not stale and stats["age_ms"] <= 4  # a period
     assert stats["errors"] == 0
     assert error_deg < 4.0  # of several faults in a row, the start of the motion in it
 

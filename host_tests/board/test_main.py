@@ -153,14 +153,14 @@ def test_one_kilohertz_for_two_seconds_with_the_heap_locked(deployed):
         "import micropython, time\n"
         "app.set('rate_hz', 1000)\n"
         "app.start()\napp.stop()\n"
-        "step = app.step\n"
+        "step = app.loop.step\n"
         "def locked(dt_us):\n"
         "    micropython.heap_lock()\n"
         "    try:\n"
         "        step(dt_us)\n"
         "    finally:\n"
         "        micropython.heap_unlock()\n"
-        "app.loop._step = locked\n"
+        "app.loop.step = locked\n"
     )
     s = stats_of(
         board,

@@ -210,7 +210,8 @@ class MPU6050(Registers):
 
     def load(self, register, buffer):
         """Fill the buffer from consecutive registers. OSError when the bus fails."""
-        self.finish()
+        if self._busy[0]:
+            self._split.finish()
         self.bus.readfrom_mem_into(self.address, register, buffer)
 
     def store(self, register, value):

@@ -9,7 +9,7 @@ from array import array
 
 import micropython
 
-_laps = array("i", [0] * 25)  # five blocks of Attitude at 250 Hz
+_laps = array("i", [0] * 50)
 _empty_us = 0.0
 
 
@@ -54,7 +54,7 @@ def locked(call, argument, before):
         micropython.heap_unlock()
 
 
-def row(name, call, argument=None, before=gc.isenabled, n=25):
+def row(name, call, argument=None, before=gc.isenabled, n=25):  # five blocks of Attitude
     gc.collect()
     gc.disable()
     size = laps(call, argument, before, n)
@@ -67,6 +67,10 @@ def row(name, call, argument=None, before=gc.isenabled, n=25):
 
 def settle_bus():
     time.sleep_us(700)
+
+
+def next_sample():
+    time.sleep_ms(2)  # the sensor has a new one each millisecond
 
 
 # Bound methods are made once, as a loop does: looking one up takes 3 to 8 us. They are default
@@ -160,7 +164,7 @@ def main():
     print("empty", _empty_us)
 
     imu = driver(board.find().i2c())
-    row("bus.read14", lambda _: imu.read())
+    row("bus.read14", lambda _, read=imu.read: read())
     kalman2 = kalman2()
     kalman2.calibrate(Skewed)
     attitude = attitude()
@@ -183,4 +187,70 @@ def main():
     row("split.attitude", one_split(imu, attitude), None, settle_bus)
 
 
+def unchecked(take):
+    """A fetch() that trusts every burst: what the app's own would be without its checks."""
+
+    @micropython.native
+    def fetch(_, take=take):
+        take()
+        return True
+
+    return fetch
+
+
+def started(app, **knobs):
+    app.config.set("rest_s", 0)
+    for name in knobs:
+        app.config.set(name, knobs[name])
+    app.imu = None
+    app.start()
+
+
+def app_steps(app):
+    """A tick's work in the app, with and without the health checks."""
+    for burst in ("blocking", "split"):
+        started(app, burst=burst)
+        app.loop.stop()
+        sensing, step, before = app.sensing, app.loop.step, next_sample
+        if burst == "split":
+
+            def before(begin=sensing.begin):
+                begin()
+                next_sample()
+
+        # n: one look at a register is in it, as there are five in a second
+        row("app." + burst, step, 4000, before, 50)
+        sensing.fetch = unchecked(app.imu.collect if burst == "split" else app.imu.read)
+        row("app." + burst + ".unchecked", step, 4000, before, 50)
+
+
+def turns(ms):
+    """How often a program can go round in so many milliseconds."""
+    n = 0
+    end = time.ticks_add(time.ticks_us(), 1000 * ms)
+    while time.ticks_diff(end, time.ticks_us()) > 0:
+        n += 1
+    return n
+
+
+def processor_left(app):
+    """The part of the processor's time that the app leaves to the program beside it."""
+    app.stop()
+    alone = turns(40)
+    for rate_hz in (250, 500, 1000):
+        started(app, rate_hz=rate_hz)
+        time.sleep_ms(20)
+        print("left", rate_hz, turns(40) / alone)
+        app.stop()
+
+
+def main_app():
+    from firmware.app import App
+
+    app = App()
+    app_steps(app)
+    processor_left(app)
+
+
 main()
+main_app()

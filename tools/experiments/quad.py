@@ -21,7 +21,7 @@ quad.start(app)
 app.loop.stop()
 app.quad.command(500)
 app.quad.escs.armed = True
-imu, filter, control, step = app.imu, app.filter, app.quad.update, app.step
+imu, filter, control, step = app.imu, app.filter, app.quad.update, app.loop.step
 
 def full():
     imu.read()

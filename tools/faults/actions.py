@@ -28,7 +28,7 @@ def user_raises(rig, for_s):
 
 
 def wrap(rig, for_s):
-    """ticks_us passes its wrap; the app is started anew shortly before."""
+    """ticks_us passes its wrap; the app, and what it counts, is started anew shortly before."""
     rig.app.stop()
     passed = (rig.now_s + _TICKS_S - _START_BEFORE_WRAP_S) % _TICKS_S
     lead_s = rig.random.uniform(5.0, 5.5)
@@ -39,4 +39,6 @@ def wrap(rig, for_s):
         rig.app.imu.read()
         rig.run(0.01)
     rig.start()
+    before = rig.stats()
     rig.run(_TICKS_S - (rig.now_s + _TICKS_S - _START_BEFORE_WRAP_S) % _TICKS_S)
+    return before

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The same watch over a program that reads the chip's FIFO fifty times a second."""
 
+from array import array
+
 from tools.faults.rig import REST_S, SETTLE_S, Rig
 
 RATE_HZ = 250
@@ -28,8 +30,9 @@ class FifoRig(Rig):
         self.estimate.calibrate(Calibration(gyro_bias_dps=(2.0, -1.5, 1.0)))
         self.memory = guard.memory()
         self.judge = guard.judge
-        period_us = 1_000_000 // RATE_HZ
-        self.bridge = Bridge(self.estimate, False, period_us, self.memory, imu.gyro_lsb_per_dps)
+        self.before = array("h", [0] * 7)  # the last good burst
+        self.bridge = Bridge(1_000_000 // RATE_HZ, imu.gyro_lsb_per_dps)
+        self.bridge.use(self.estimate)
         self.lost = 0
         self.seen_s = self.now_s
         self.fifo.start()
@@ -57,9 +60,11 @@ class FifoRig(Rig):
         if lost != self.lost:  # the first one after samples were lost
             self.lost = lost
             gap_s = self.now_s - self.seen_s
+            self.bridge.remember(self.before)
             self.bridge.close(counts, max(1, round(gap_s * 1e6)))
         if good:
             self.estimate.update(counts)
+            self.before[:] = counts
 
     def stats(self):
         """What the reader counted."""

@@ -52,7 +52,7 @@ KINDS = (
     _bus("int_dead", "int_dead", ("edges_missing",), (0.05, 0.3), knobs=_BY_EDGES),
     _bus("clock_2_percent", "clock_off", ("clock",), (2.0, 2.0), knobs=_BY_EDGES),
     Kind("callback_lost", ("lose_callbacks",), (0.01, 0.06), ("lost",)),
-    Kind("tick_wrap", ("wrap",), (0.0, 0.0), ()),
+    Kind("tick_wrap", ("wrap",), (0.0, 0.0), ("tick_wraps",)),
     Kind("user_exception", ("user_raises",), (0.01, 0.1), ("output_errors",)),
     _bus("fifo_overflow", "fifo_overflow", ("overflows",), (0.0, 0.0), fifo=True,
          parameters={"extra": (1, 5, 9, 13, 2)}),

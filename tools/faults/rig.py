@@ -94,7 +94,7 @@ class Rig:
     def start(self):
         """Start the app and look at each of its steps."""
         self.app.start()
-        step, rows, app = self.app.step, self.rows, self.app
+        step, rows, app = self.app.loop.step, self.rows, self.app
 
         def watched(dt_us):
             step(dt_us)
@@ -104,7 +104,7 @@ class Rig:
                 estimate.roll_mdeg, estimate.pitch_mdeg,
             ))  # fmt: skip
 
-        app.loop._step = watched
+        app.loop.step = watched
 
     def stats(self):
         """What the app counted."""
@@ -133,7 +133,7 @@ class Rig:
         first = len(self.rows)
         if isinstance(kind.faults[0], str):
             began = self.now_s
-            getattr(actions, kind.faults[0])(self, for_s)
+            before = getattr(actions, kind.faults[0])(self, for_s) or before
             ended = self.now_s
         else:
             began = self.now_s + self.random.uniform(*self.SPREAD_S)
@@ -161,7 +161,7 @@ class Rig:
             if isinstance(after[key], int) and after[key] != before.get(key, 0)
         }
         return Outcome(
-            detected=not self.kind.sees or any(moved.get(key, 0) > 0 for key in self.kind.sees),
+            detected=any(moved.get(key, 0) > 0 for key in self.kind.sees),
             recovery_s=self._recovery(rows, ended),
             error_deg=_largest(error[inside & claimed]),
             during_deg=_largest(error[during]),
