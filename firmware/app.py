@@ -161,8 +161,8 @@ class App:
             self.outputs.safe()
             try:
                 keep_learned(self._warming.learned(), self.imu)
-            except (OSError, ValueError) as error:  # a full or worn flash; the bias is measured at each start
-                print("warning: what was learned of the gyro is not stored:", error)
+            except (OSError, ValueError) as error:  # a full or worn flash, and no harm
+                print("warning: what was learned of the gyro's bias is not stored:", error)
 
     def set(self, name, value):
         """Change a knob; it takes effect at once. ValueError names what is allowed."""
