@@ -15,17 +15,13 @@ import micropython
 from micropython import const
 
 from firmware import filters
-from firmware.board import find
 from firmware.bridge import Bridge
-from firmware.config import Config
-from firmware.console import Console
 from firmware.health import CLOCK, Health
 from firmware.keeping import keep_learned
 from firmware.loop import Loop
-from firmware.outputs import Outputs
+from firmware.repl import Repl
 from firmware.sensing import Sensing
 from firmware.startup import calibration, sensor
-from firmware.telemetry import Telemetry
 from firmware.warming import Warming
 
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
@@ -37,21 +33,8 @@ _CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
 _SET_UP = ("rate_hz", "drive", "burst", "address", "gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 
 
-class App:
-    """One sensor, one filter, one loop.
-
-    Attributes: config, board, imu, calibration, filter, health, outputs, telemetry, loop,
-    warnings (texts).
-    """
-
-    def __init__(self, board=None, console=None):
-        self.board = board or find()
-        self.config = Config()
-        self.warnings = self.config.load()
-        self.telemetry = Telemetry(console or Console())
-        self.outputs = Outputs()
-        self.health = Health()
-        self.imu = self.filter = self.loop = self.calibration = None
+class App(Repl):
+    """One sensor, one filter, one loop, running; its parts are firmware.repl's."""
 
     # ---- the block diagram
 
@@ -134,7 +117,7 @@ class App:
         self._warming = Warming(self.calibration, self.imu)
         self.filter = self._made(None)
 
-    # ---- at the REPL
+    # ---- the whole
 
     def start(self):
         """Set all up and run in the background. OSError, with what to check, without a sensor."""
@@ -181,27 +164,6 @@ class App:
         elif self.loop and (name == "filter" or name in filters.SETTINGS[config.filter]):
             self.filter = self._made(self.filter if name != "filter" else None)
 
-    def stats(self):
-        """Timing (firmware.loop), faults by cause (firmware.health) and telemetry, as a dict."""
-        out = self.loop.stats() if self.loop else {}
-        out.update(self.health.stats())
-        out["age_ms"] = self.age_us // 1000
-        out["stale"] = self.stale
-        out["output_errors"] = self.outputs.failed
-        out["telemetry_lines"] = self.telemetry.lines
-        out["telemetry_dropped"] = self.telemetry.dropped
-        return out
-
-    def watch(self, seconds=None):
-        """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
-        self.telemetry.watch(seconds)
-
-    def report(self):
-        """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
-        from firmware.report import report
-
-        return report(self)
-
     def self_test(self):
         """(passed, a line for each axis) of the chip's self-test, at rest; the loop pauses."""
         from firmware.report import tested
@@ -223,40 +185,6 @@ class App:
         if self.imu is None:
             self.imu = sensor(self.board, self.config)
         return Calibrating(self.imu)
-
-    def samples(self):
-        """`async for app in app.samples()`: wakes after each step."""
-        return self.loop.samples(self)
-
-    @property
-    def roll_deg(self):
-        """Rotation about the sensor's x axis, degrees."""
-        return self.filter.roll_mdeg / 1000
-
-    @property
-    def pitch_deg(self):
-        """Rotation about the sensor's y axis, degrees."""
-        return self.filter.pitch_mdeg / 1000
-
-    @property
-    def yaw_deg(self):
-        """Rotation about the vertical since the start, degrees; 0 with one-axis filters."""
-        return self.filter.yaw_mdeg / 1000
-
-    @property
-    def fresh(self):
-        """Whether the last tick had a new good burst."""
-        return self.health.age_us == 0
-
-    @property
-    def age_us(self):
-        """Age of the last good sample in microseconds, also when the ticks stay away."""
-        return self.health.age_us + (self.loop.since_us() if self.loop else 0)
-
-    @property
-    def stale(self):
-        """True when the last good sample is older than failsafe_ms, or the loop does not run."""
-        return self.loop is None or not self.loop.running or self.age_us >= self.health.stale_us
 
     # ---- set-up
 
