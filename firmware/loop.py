@@ -75,6 +75,7 @@ class Loop:
         self.error = None
         self.edges_missing = 0
         self._failed_tick = -1
+        self._timing.clear()
         if self._ahead is not None:
             self._sources.append(self._source(self.period_us, self._on_lead))
             time.sleep_us(self._lead_us)

@@ -53,9 +53,12 @@ def account(words: ptr32, bins: ptr32, now: int) -> int:
     lost = 0
     if words[_GRID]:
         late = ((now - words[_DEADLINE] + 0x20000000) & 0x3FFFFFFF) - 0x20000000
-        if late < 0 - (period >> 2):
-            words[_EXTRA] += 1
-            return 0
+        if late < 0 or words[_TICKS] == 0:
+            if words[_TICKS] and dt < (period >> 1):
+                words[_EXTRA] += 1
+                return 0
+            words[_DEADLINE] = now  # no timer is early: the grid was late
+            late = 0
         if late >= period:
             lost = late // period
             late -= lost * period
@@ -131,13 +134,19 @@ class Timing:
     def running(self):
         return self.words[_RUNNING] == 1
 
-    def start(self, period_us, grid, now):
-        """Begin anew: period in microseconds, grid as in Loop, from the instant now (ticks_us)."""
-        words = self.words
+    def clear(self):
+        """Forget all; takes half a millisecond."""
         for i in range(_WORDS):
-            words[i] = 0
+            self.words[i] = 0
         for i in range(3 * _BINS):
             self.bins[i] = 0
+
+    def start(self, period_us, grid, now):
+        """Begin, cleared: period in microseconds, grid as in Loop, from `now` (ticks_us).
+
+        Takes a tenth of a millisecond, so that no tick of a timer just made is missed.
+        """
+        words = self.words
         words[_GRID] = 1 if grid else 0
         words[_PERIOD] = period_us
         words[_TOOK] = -1

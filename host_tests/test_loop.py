@@ -71,7 +71,7 @@ def test_a_million_ticks_over_several_wraps_do_not_drift(platform):
         stats = accounts.stats()
         assert stats["ticks"] == ticks
         assert (stats["lost"], stats["skipped_calls"], stats["overruns"]) == (0, 0, 0)
-        assert stats["late_max_us"] == 900
+        assert stats["late_max_us"] == 900 - 3  # the grid is that of the earliest ticks
         assert stats["period_mean_us"] == pytest.approx(period, abs=0.02 * period / 4)
         # the deadline is still on the grid that the timer began with
         ahead = (words[timing._DEADLINE] - (start + 3)) % WRAP

@@ -21,6 +21,10 @@ FAULTS = [
     ("bit_flip", {"p": 0.5}, 0.12, "jump", 30),
     ("brown_out", {}, 0.002, "nack", 250),
     ("unplugged", {}, 0.12, "nack", 250),
+    ("arbitration", {}, 0.02, "nack", 50),
+    ("saturation", {"accel_g": (0.0, 0.0, 0.0)}, 0.02, "saturated", 60),
+    ("stuck_data", {}, 0.12, "frozen", 300),
+    ("unplugged", {"profile": "MPU6500"}, 0.12, "another", 250),
 ]
 
 
@@ -75,9 +79,52 @@ def test_is_counted_and_recovered_in_time(board, name, parameters, for_s, counte
     assert error_deg < 4.0  # of several faults in a row, the start of the motion in it
 
 
+def test_an_exception_in_the_users_own_function_is_counted_and_outlived(board):
+    board.exec("def bad(app):\n    raise ValueError('mine')\napp.outputs.add(bad)")
+    board.run_ms(60)
+    stats, stale, fresh = asked(board)
+    board.exec("app.outputs.clear()")
+    assert stats["output_errors"] >= 10 and stats["errors"] == 0
+    assert fresh and not stale
+
+
 def test_the_loop_held_its_period_through_all_of_it(board):
     board.run_ms(20)
     stats = asked(board)[0]
     assert stats["running"]
     # reports through the REPL and collections cost ticks, faults hardly any
     assert stats["lost"] < 0.1 * stats["ticks"]
+
+
+FILL = """
+import gc, time
+full = 0
+hog = None
+for size in (4096, 256, 16):
+    try:
+        while True:
+            hog = hog, bytearray(size)
+    except MemoryError:
+        pass
+full = gc.mem_free()
+time.sleep_ms(100)
+hog = None
+print((full, app.stats(), repr(app.loop.error)))
+"""
+
+
+def test_a_full_heap_stops_neither_the_loop_nor_the_way_out_of_a_fault(board):
+    """The user's program holds all memory while the sensor does not answer."""
+    before = asked(board)[0]
+    at_s = board.nanos / 1e9
+    board.bus.faults[:] = [make("nack", at_s=at_s, for_s=1e9, seed=1)]
+    free, during, error = ast.literal_eval(board.exec(FILL, timeout_s=60))
+    board.bus.faults.clear()
+    board.run_ms(100)
+    _, stale, fresh = asked(board)
+    print("full heap:", free, "bytes free,", during["errors"], "steps raised", error)
+    assert free < 1000
+    assert during["nack"] > before["nack"] + 10
+    assert during["running"] and during["stale"]
+    assert during["errors"] - before["errors"] <= 3  # a step that found no byte is counted
+    assert fresh and not stale
