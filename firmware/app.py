@@ -93,15 +93,16 @@ class App(Repl):
     @micropython.native
     def _slowly(self, looks):
         """_LOOKS_HZ times a second: what need not be done at every tick."""
+        if looks % _LOOKS_HZ == 0:
+            self._warming.look(self.filter)
         if looks % self._correct_every == 0:
             self._correct()
 
     def _correct(self):
-        self._warming.look(self.filter)
+        """The filter's period follows the measured one: the sensor's clock is no crystal."""
         mean = self.loop.recent_period_us()
         if not mean or abs(mean - self.bridge.period_us) <= 1:
             return
-        # the filter's period follows the measured one: the sensor's clock is no crystal
         nominal = self.loop.period_us
         off = abs(mean - nominal) * 200 > 3 * nominal
         if off and not self._clock_off:
