@@ -9,6 +9,7 @@ import pytest
 from tools import figures
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
+from tools.virtual.motion import Still
 from tools.virtual.port import Port
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -69,6 +70,24 @@ def test_the_table_of_faults_is_the_firmwares():
     section = f"<!-- policy -->\n{figures.policy()}\n<!-- end policy -->"
     assert section in README
     assert "| `timeout` | the bus does not move (ETIMEDOUT) | recover |" in README
+
+
+def test_the_other_counters_exist(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = README.split("| other counters |", 1)[1].split("\n\n", 1)[0].splitlines()[2:]
+    names = {name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])}
+    with Port("rp2", {0: Bus(MPU6050Chip(Still(90.0), accel_bias_g=(0.0, 7.5, 0.0)))}) as port:
+        from mpu6050.fifo import Fifo
+
+        from firmware.app import App
+
+        app = App()
+        app.start()
+        port.run_ms(100)
+        counters = {**app.stats(), **Fifo(app.imu).__dict__}
+    assert names == {"lost", "edges_missing", "tick_wraps", "accel_saturated", "output_errors",
+                     "errors", "overflows", "misaligned"}  # fmt: skip
+    assert names <= set(counters)
 
 
 def test_a_section_is_replaced_and_a_missing_one_refused():
