@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.calibrate_virtual import FACES, RESIDUAL_MG, TILT_DEG
+from tools.calibrate_virtual import FACES
 from tools.demo import settings_file
 from tools.virtual import quaternions as quat
 from tools.virtual.bus import Bus
@@ -97,7 +97,7 @@ def test_the_next_start_uses_it(board, chip):
     board.exec(f"with open('main.py', 'w') as f: f.write({main.read_text()!r})")
     chip.set_motion(robot(*HELD))
     board.power_cycle()
-    board.run_ms(50)
+    board.run_ms(1500)  # three time constants at rest: the first samples are noise of 0.2 degrees
     roll, pitch, residual_mg, rates_dps, warnings = ast.literal_eval(
         board.exec(
             "c = app.calibration\nr = c.apply(imu.accel_g(), imu.gyro_dps())[1]\n"
@@ -105,8 +105,8 @@ def test_the_next_start_uses_it(board, chip):
         )
     )
     print(roll, pitch, residual_mg, rates_dps)
-    assert (roll, pitch) == pytest.approx(HELD, abs=TILT_DEG)
-    assert residual_mg < RESIDUAL_MG
+    assert (roll, pitch) == pytest.approx(HELD, abs=0.3)
+    assert residual_mg < 2
     assert rates_dps == pytest.approx((0, 0, 0), abs=0.5)  # one sample; the bias was 20 deg/s
     assert warnings == []
 
