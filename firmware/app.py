@@ -41,8 +41,8 @@ class App(Repl):
     def _diagram(self):
         """step(dt_us): one tick, dt_us after the last. Sensor -> filter, calibrated -> outputs.
 
-        What it works with are local names: as attributes they cost 80 us more on an RP2040. What
-        is idle is not called.
+        What it works with are local names, as looking up and setting attributes would cost more
+        than the work; what is idle is not called.
         """
 
         @micropython.native

@@ -27,8 +27,7 @@ class Bridge:
     def __init__(self, period_us, gyro_lsb_per_dps):
         self.period_us = period_us
         self._made = 0  # updates since the last good sample
-        self._counts = array("h", [0] * 7)
-        self._before = array("h", [0] * 7)  # the last burst before ticks were lost
+        self._counts = array("h", [0] * 7)  # the last burst before the gap, turned on since
         self._parts = array("i", [0] * 3)
         # counts of the gyro to the angle of a period, rad * 2^29
         self._turn = round(period_us * 1e-6 / gyro_lsb_per_dps * pi / 180 * (1 << 29))
@@ -46,18 +45,17 @@ class Bridge:
             self.filter.period_us = period_us
 
     def remember(self, counts):
-        """Ticks were lost; `counts` is still the burst of the last one."""
-        for i in range(7):
-            self._before[i] = counts[i]
+        """A gap begins; `counts` is still the last good burst. Within a gap this does nothing."""
+        if not self._made:
+            for i in range(7):
+                self._counts[i] = counts[i]
 
     def predict(self, counts, dt_us, age_us):
         """A tick without a sample: turn on with the last good one, `counts`."""
         if age_us > _PREDICT_US:
             return
+        self.remember(counts)
         held = self._counts
-        if not self._made:
-            for i in range(7):
-                held[i] = counts[i]
         period_us = self.period_us
         left_us = dt_us + (period_us >> 1)
         while left_us >= period_us:
@@ -86,7 +84,7 @@ class Bridge:
             return
         extra = self._counts
         for axis in range(4, 7):
-            rate = extra[axis] if made else self._before[axis]
+            rate = extra[axis]
             self._parts[axis - 4] = ((rate + counts[axis]) * missing >> 1) - rate * made
         most = max(max(self._parts), -min(self._parts))
         times = min(most // _HALF_SCALE + 1, _AT_ONCE)

@@ -107,10 +107,9 @@ class Calibrating:
 
 
 def merged(old, new):
-    """`new`, with the slopes that `old` tells: the same part, 10 degC away; else `new` itself."""
+    """`new`, solved, with the slopes that `old` tells: the same part, 10 degC away; else `new`."""
     if (
         old.residual_mg is None
-        or new.residual_mg is None
         or old.who_am_i != new.who_am_i
         or abs(old.temp_c - new.temp_c) < _SLOPE_SPAN_C
     ):

@@ -39,7 +39,7 @@ POLICY = (
     ("frozen", "the same 14 bytes for longer than a sensor's noise allows", 25, RESET),
     ("jump", "a rate or force that leaps for one or two samples", 0, HOLD),
     ("saturated", "a rate at its full scale: the true one is larger", 1, RING),
-    ("register", "a register does not hold its setting any more", 1, REPAIR),
+    ("register", "a register, read twice, does not hold its setting", 1, REPAIR),
     ("another", "WHO_AM_I is that of another part", 1, ADOPT),
     ("clock", "the ticks' mean period is more than 1.5 % off: the filter follows", 0, HOLD),
 )

@@ -119,7 +119,7 @@ class Loop:
         """Mean period since the last call, lost ticks included, rounded; 0 when unknown."""
         return self._timing.recent_period_us()
 
-    # native: bytecode takes twice as long, and its larger frames are looked for on the heap
+    # native: the larger frames of bytecode are looked for on the heap
 
     @micropython.native
     def _lead(self, _source):

@@ -135,7 +135,7 @@ class Timing:
         return self.words[_RUNNING] == 1
 
     def clear(self):
-        """Forget all; takes half a millisecond."""
+        """Forget all; too slow to be done while a timer already runs."""
         for i in range(_WORDS):
             self.words[i] = 0
         for i in range(3 * _BINS):
@@ -144,7 +144,7 @@ class Timing:
     def start(self, period_us, grid, now):
         """Begin, cleared: period in microseconds, grid as in Loop, from `now` (ticks_us).
 
-        Takes a tenth of a millisecond, so that no tick of a timer just made is missed.
+        Quick, so that no tick of a timer just made is missed.
         """
         words = self.words
         words[_GRID] = 1 if grid else 0

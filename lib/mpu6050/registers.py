@@ -46,14 +46,14 @@ class Registers:
     @micropython.native
     def check(self):
         """Compare the next row with the chip: False when it differs. One short transaction."""
-        table, byte, row = self._table, self._byte, self._next
-        self._next = (row + 3) % len(table)
+        row = self._step()
+        table, byte = self._table, self._byte
         self.load(table[row], byte)
         return not (byte[0] ^ table[row + 1]) & table[row + 2]
 
     def recheck(self):
         """Compare the row of the last check() once more: one bit of the answer may be wrong."""
-        self._next = (self._next - 3) % len(self._table)
+        self._step(-3)
         return self.check()
 
     def repair(self):
@@ -61,9 +61,8 @@ class Registers:
 
         For a running loop: one call each tick brings back a chip that lost its settings.
         """
-        table, row = self._table, self._next
-        self._next = (row + 3) % len(table)
-        self._apply(table[row], table[row + 1], table[row + 2])
+        row = self._step()
+        self._apply(self._table[row], self._table[row + 1], self._table[row + 2])
         return self._next == 0
 
     @property
@@ -80,6 +79,11 @@ class Registers:
         self.rewind()
         while not self.repair():
             pass
+
+    def _step(self, by=3):
+        row = self._next
+        self._next = (row + by) % len(self._table)
+        return row
 
     def _apply(self, register, value, mask):
         byte = self._byte
