@@ -15,13 +15,13 @@ import micropython
 from micropython import const
 
 from firmware import filters
-from firmware.bridge import Bridge
-from firmware.health import CLOCK, Health
+from firmware.faults.mend import Sensing
+from firmware.faults.policy import CLOCK, Health
 from firmware.keeping import keep_learned
 from firmware.loop import Loop
 from firmware.repl import Repl
-from firmware.sensing import Sensing
 from firmware.startup import calibration, sensor
+from firmware.tick.gap import Bridge
 from firmware.warming import Warming
 
 _LEAD_US = const(450)  # a burst takes 400 us on the bus

@@ -11,9 +11,9 @@ import time
 import micropython
 from micropython import const
 
-from firmware.timing import Timing, account
+from firmware.tick.timing import Timing, account
 
-# places in the accounts of firmware.timing
+# places in the accounts of firmware.tick.timing
 _RUNNING = const(0)
 _TICKS = const(5)
 _TOOK = const(9)

@@ -4,7 +4,7 @@
 from firmware.board import find
 from firmware.config import Config
 from firmware.console import Console
-from firmware.health import Health
+from firmware.faults.policy import Health
 from firmware.outputs import Outputs
 from firmware.telemetry import Telemetry
 
@@ -26,7 +26,7 @@ class Repl:
         self.imu = self.filter = self.loop = self.calibration = None
 
     def stats(self):
-        """Timing (firmware.loop), faults by cause (firmware.health) and telemetry, as a dict."""
+        """Timing (firmware.loop), faults by cause (faults.policy) and telemetry, as a dict."""
         out = self.loop.stats() if self.loop else {}
         out.update(self.health.stats())
         out["age_ms"] = self.age_us // 1000

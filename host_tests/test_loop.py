@@ -49,7 +49,7 @@ def port():
 @board
 def test_a_million_ticks_over_several_wraps_do_not_drift(platform):
     with Port(platform):
-        from firmware import timing
+        from firmware.tick import timing
 
         plain = timing.account.__wrapped__  # the same code, unchecked: a hundred times faster
         period, ticks = 4000, 1_000_000 if platform == "rp2" else 100_000
@@ -79,7 +79,7 @@ def test_a_million_ticks_over_several_wraps_do_not_drift(platform):
 
 
 def test_every_quantile_of_a_known_distribution_is_in_its_bin(port):
-    from firmware.timing import Timing, account
+    from firmware.tick.timing import Timing, account
 
     accounts = Timing()
     accounts.start(1000, True, 0)

@@ -53,7 +53,7 @@ def test_a_fault_that_nobody_handles_would_be_seen_by_the_tool():
     """The tool's own check: with the guard switched off a filled burst is a wrong angle."""
     kind = next(kind for kind in KINDS if kind.name == "filled_FF")
     with Rig(kind, "rp2") as rig:
-        from firmware import sensing
+        from firmware.faults import mend as sensing
 
         sensing.judge = lambda counts, words: 0
         rig.app.sensing._taking = rig.app.sensing._quick()
@@ -81,7 +81,7 @@ def varied(generator):
 
 
 def test_every_single_flipped_bit_is_rejected_or_small(port):
-    from firmware import guard
+    from firmware.tick import judge as guard
 
     generator = random.Random(1)
     for word in (0, 1, 2, 4, 5, 6):
@@ -102,7 +102,7 @@ def test_every_single_flipped_bit_is_rejected_or_small(port):
 
 @pytest.mark.parametrize("fill", [0, -1, -258, 4711])
 def test_a_filled_burst_or_tail_is_rejected(port, fill):
-    from firmware import guard
+    from firmware.tick import judge as guard
 
     for good in range(4):
         words = guard.memory()
@@ -111,7 +111,7 @@ def test_a_filled_burst_or_tail_is_rejected(port, fill):
 
 
 def test_a_real_leap_is_believed_when_the_next_burst_agrees(port):
-    from firmware import guard
+    from firmware.tick import judge as guard
 
     words = guard.memory()
     judged(guard, words, REST, varied(random.Random(3)))
@@ -121,7 +121,7 @@ def test_a_real_leap_is_believed_when_the_next_burst_agrees(port):
 
 
 def test_the_same_burst_is_frozen_after_the_set_number(port):
-    from firmware import guard
+    from firmware.tick import judge as guard
 
     words = guard.memory(same_max=4)
     assert judged(guard, words, *[REST] * 7)[0] == [0, 0, 0, 0, 0, 4, 4]

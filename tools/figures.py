@@ -86,7 +86,7 @@ def results(result):
 def policy():
     """What the firmware does about each cause, from its own table."""
     with Port("rp2"):
-        from firmware import health
+        from firmware.faults import policy as health
     names = ("HOLD", "VERIFY", "REPAIR", "RESET", "RECOVER", "RING", "ADOPT")
     actions = {getattr(health, name): name.lower() for name in names}
     rows = []

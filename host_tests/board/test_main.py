@@ -63,7 +63,7 @@ def test_deploy_copies_what_is_missing_and_removes_what_is_gone(deployed):
     assert "RP2040" in printed and "100 %" in printed
     for name in ("main.py", "boot.py", "firmware/console.mpy", "firmware/loop.mpy"):
         assert name in printed
-    assert "firmware/timing.mpy" not in printed  # it was there, and the same
+    assert "firmware/tick/timing.mpy" not in printed  # it was there, and the same
     on_flash = board.files()
     assert {"main.py", "boot.py", "firmware/loop.mpy"} <= set(on_flash)
     assert "firmware/gone.mpy" not in on_flash and "firmware/loop.py" not in on_flash

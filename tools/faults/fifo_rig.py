@@ -20,9 +20,9 @@ class FifoRig(Rig):
         from mpu6050.calibration import Calibration
         from mpu6050.fifo import Fifo
 
-        from firmware import guard
         from firmware.board import find
-        from firmware.bridge import Bridge
+        from firmware.tick import judge as guard
+        from firmware.tick.gap import Bridge
 
         imu = MPU6050(find().i2c(), rate_hz=RATE_HZ)
         self.fifo = Fifo(imu)

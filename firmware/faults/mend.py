@@ -10,9 +10,9 @@ import micropython
 from micropython import const
 from mpu6050 import profiles
 
-from firmware import guard
-from firmware import health as h
-from firmware.guard import judge
+from firmware.faults import policy as h
+from firmware.tick import judge as guard
+from firmware.tick.judge import judge
 
 # What a tick does; from _VERIFY on it reads no burst.
 _RUN = const(0)

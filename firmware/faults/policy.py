@@ -3,14 +3,14 @@
 
 Whatever the fault, its sample is not used: the filter goes on with the last good rate, so the
 angle is predicted, and the age of that sample is kept. From `failsafe_ms` on the estimate is
-stale and outputs go to their safe values; firmware.bridge says how long it is still predicted.
+stale and outputs go to their safe values; firmware.tick.gap says how long it is still predicted.
 """
 
 from array import array
 
 from micropython import const
 
-from firmware import guard
+from firmware.tick import judge as guard
 
 HOLD = const(0)  # nothing but the prediction; the next tick tries again
 VERIFY = const(1)  # compare all registers with the configuration, and WHO_AM_I; else REPAIR
