@@ -15,14 +15,13 @@ import micropython
 from micropython import const
 
 from firmware import filters
+from firmware.calibration import Warming, keep_learned
 from firmware.faults.mend import Sensing
 from firmware.faults.policy import CLOCK, Health
-from firmware.keeping import keep_learned
 from firmware.loop import Loop
 from firmware.repl import Repl
 from firmware.startup import calibration, sensor
 from firmware.tick.gap import Bridge
-from firmware.warming import Warming
 
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
 _LOOKS_HZ = const(5)  # how often something slow is looked at

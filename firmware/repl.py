@@ -3,10 +3,9 @@
 
 from firmware.board import find
 from firmware.config import Config
-from firmware.console import Console
 from firmware.faults.policy import Health
 from firmware.outputs import Outputs
-from firmware.telemetry import Telemetry
+from firmware.telemetry import Console, Telemetry
 
 
 class Repl:

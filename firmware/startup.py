@@ -5,8 +5,8 @@ import time
 
 from mpu6050 import MPU6050
 
-from firmware import keeping
 from firmware.board import diagnose
+from firmware.calibration import load_for
 
 _BIAS_MAX_DPS = 40.0  # initial offset and drift over temperature (PS section 6.1)
 
@@ -34,7 +34,7 @@ def sensor(board, config):
 
 def calibration(imu, config):
     """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
-    cal, warnings = keeping.load_for(imu)
+    cal, warnings = load_for(imu)
     imu.read()
     cal = cal.at(imu.temp_c())
     if config.self_test:

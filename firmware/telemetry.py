@@ -6,6 +6,8 @@ it. 64 bytes divide the 256 of the USB buffer: a reader that goes away leaves it
 so the look before each write is enough never to wait.
 """
 
+import select
+import sys
 import time
 
 import micropython
@@ -37,10 +39,33 @@ def put_mdeg(line: ptr8, at: int, mdeg: int):
         i -= 1
 
 
+class Console:
+    """Standard output and input of the board, with a look before each use."""
+
+    def __init__(self):
+        self._out = select.poll()
+        self._out.register(sys.stdout, select.POLLOUT)
+        self._in = select.poll()
+        self._in.register(sys.stdin, select.POLLIN)
+        self.write = sys.stdout.buffer.write  # takes bytes; a bound method, so kept
+
+    def ready(self):
+        """Whether somebody takes what is written. Allocates nothing."""
+        for _ in self._out.ipoll(0):
+            return True
+        return False
+
+    def key(self):
+        """Whether a key waits to be read; it is left for the REPL."""
+        for _ in self._in.ipoll(0):
+            return True
+        return False
+
+
 class Telemetry:
     """Writes a line every few ticks, between begin() and end().
 
-    console: firmware.console.Console, or anything with ready() and write(bytes).
+    console: a Console, or anything with ready() and write(bytes).
     lines: how many were written; dropped: how many nobody took.
     """
 

@@ -168,7 +168,7 @@ def test_a_moved_sensor_is_no_rest_and_the_stored_bias_is_used(rig, capsys):
     r = rig("rp2", Sinusoid(20.0, 0.5), {"rest_s": 0.5}, start=False)
     from mpu6050.calibration import Calibration
 
-    from firmware import keeping
+    from firmware import calibration as keeping
 
     keeping.save_calibration(Calibration(gyro_bias_dps=(1.0, 2.0, 3.0)))
     r.app.start()

@@ -75,7 +75,7 @@ def test_faces_and_mounting_end_in_true_readings(board):
 
     from mpu6050.calibrate import rest
 
-    from firmware.keeping import load_calibration
+    from firmware.calibration import load_calibration
 
     cal, warnings = load_calibration()
     assert (warnings, cal.date, cal.who_am_i) == ([], "2026-04-01", 0x68)
@@ -99,7 +99,7 @@ def test_any_poses_and_a_slope(board):
     guide.mounting(headings=4)
     guide.save("")
 
-    from firmware.keeping import load_calibration
+    from firmware.calibration import load_calibration
 
     cal, _ = load_calibration()
     # what was felt when the sensor lay level in the robot's sense, through the worst chip

@@ -67,7 +67,7 @@ def test_the_mounting_is_found_on_a_slope(steps):
     pose(steps.rig, 30.0, 0, 25.0)  # y goes up
     assert steps.nose_up(0.3).startswith("forward is +y, up is +z")
     assert steps.save("2026-02-03") == "saved"
-    from firmware.keeping import load_calibration
+    from firmware.calibration import load_calibration
 
     cal, warnings = load_calibration()
     assert warnings == [] and cal.date == "2026-02-03"
@@ -79,7 +79,7 @@ def stored(**fields):
     """A calibration on the flash, as an earlier day left it."""
     from mpu6050.calibration import Calibration
 
-    from firmware import keeping
+    from firmware import calibration as keeping
 
     keeping.save_calibration(Calibration(**fields))
     return keeping.load_calibration
@@ -119,7 +119,7 @@ def test_of_another_parts_calibration_only_the_mounting_is_used(steps):
 def test_what_was_learned_does_not_replace_another_parts_calibration(steps):
     from mpu6050.calibration import Calibration
 
-    from firmware import keeping
+    from firmware import calibration as keeping
 
     load = stored(accel_bias_g=(0.2, 0.0, 0.0), who_am_i=0x70)
     learned = Calibration(gyro_bias_dps=(1.0, 2.0, 3.0), temp_c=30.0)

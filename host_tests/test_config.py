@@ -87,7 +87,7 @@ def test_a_value_out_of_range_in_a_valid_file_keeps_the_default_and_the_others(p
 def test_a_calibration_is_stored_and_checked(port, tmp_path):
     from mpu6050.calibration import Calibration
 
-    from firmware import keeping
+    from firmware import calibration as keeping
 
     made = Calibration(
         gyro_bias_dps=(1.5, -2.25, 0.5),

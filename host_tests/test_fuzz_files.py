@@ -58,7 +58,7 @@ def put(files, kind):
 
 def load(kind):
     """(values as a dict, warnings) as the board's start reads them."""
-    from firmware import keeping
+    from firmware import calibration as keeping
     from firmware.config import KNOBS, Config
 
     if kind == "config":
@@ -73,7 +73,7 @@ def save(kind, seed):
     """Save some values; what a load must give now."""
     from mpu6050.calibration import Calibration
 
-    from firmware import keeping
+    from firmware import calibration as keeping
     from firmware.config import KNOBS, Config
 
     if kind == "config":

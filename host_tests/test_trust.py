@@ -286,7 +286,7 @@ def test_the_gyros_bias_over_temperature_is_learned_at_rest_and_stored(tmp_path,
         app = started(port)
         port.run_ms(70_000)
         app.stop()
-        from firmware.keeping import load_calibration
+        from firmware.calibration import load_calibration
 
         cal, warnings = load_calibration()
     assert warnings == []

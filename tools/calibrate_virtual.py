@@ -48,7 +48,7 @@ def measure(seed, platform="rp2"):
 
 def _measure(seed, part, chip, bus, port):
     from firmware.app import App
-    from firmware.keeping import load_calibration
+    from firmware.calibration import load_calibration
 
     app = App()
     residuals = []

@@ -41,7 +41,7 @@ def deploy(board, timeout_s=300):
 def deployed():
     """(board, what deploy printed): most of the project was there, the rest came by mpremote."""
     files = flash.compiled({**flash.project_files(main=False), "firmware/gone.py": "old = 1\n"})
-    for name in ("firmware/loop.mpy", "firmware/console.mpy", "boot.py"):
+    for name in ("firmware/loop.mpy", "firmware/telemetry.mpy", "boot.py"):
         del files[name]
     files["firmware/loop.py"] = "this is no Python\n"  # would be imported before the .mpy
     files["config.txt"] = settings_file(rest_s=0.02)
@@ -61,7 +61,7 @@ def stats_of(board, source, timeout_s=30):
 def test_deploy_copies_what_is_missing_and_removes_what_is_gone(deployed):
     board, printed = deployed
     assert "RP2040" in printed and "100 %" in printed
-    for name in ("main.py", "boot.py", "firmware/console.mpy", "firmware/loop.mpy"):
+    for name in ("main.py", "boot.py", "firmware/telemetry.mpy", "firmware/loop.mpy"):
         assert name in printed
     assert "firmware/tick/timing.mpy" not in printed  # it was there, and the same
     on_flash = board.files()

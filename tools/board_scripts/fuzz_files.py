@@ -11,8 +11,8 @@ import time
 
 from mpu6050.calibration import Calibration
 
+from firmware.calibration import load_calibration, save_calibration
 from firmware.config import KNOBS, Config
-from firmware.keeping import load_calibration, save_calibration
 
 DEFAULTS = {
     "config": {row[0]: row[1] for row in KNOBS},
