@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`python -m tools.virtual.scenario FILE`: the app in motion through a scenario of faults.
+"""`python -m tools.faults.scenario FILE`: the app in motion through a scenario of faults.
 
 FILE is a JSON list such as [{"at_s": 5.0, "fault": "nack", "for_s": 0.05}] (tools.virtual.faults
 knows the names); times count from power-on. Prints each outage as the app saw it.
@@ -44,7 +44,7 @@ def _line(since, state, until, worst):
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="python -m tools.virtual.scenario", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tools.faults.scenario", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("file", metavar="FILE")
     parser.add_argument("--board", choices=("rp2", "esp32"), default="rp2")
