@@ -5,8 +5,8 @@ import io
 
 import pytest
 
-from tools import demo
-from tools.demo_picture import draw
+from tools.demo import __main__ as demo
+from tools.demo.picture import draw
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from tools.demo import error_deg, rms
+from tools.demo.estimates import error_deg, rms
 from tools.recordings import roll_pitch_deg
 
 WINDOW_S = 12.0
