@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from tools import accuracy, recordings
-from tools.accuracy_filters import FILTERS
+from tools import recordings
+from tools.accuracy import __main__ as accuracy
+from tools.accuracy.filters import FILTERS
 
 
 def quaternions(axis, degrees):

@@ -12,8 +12,8 @@ from mpremote.transport import TransportError
 from scipy.spatial.transform import Rotation
 from sensor_rig import Feel, rig
 
-from tools import calibrate
-from tools.calibrate import Guide
+from tools.calibrate import __main__ as calibrate
+from tools.calibrate.__main__ import Guide
 from tools.virtual.chip import MPU6050Chip
 
 MATRIX = ((1.03, 0.02, -0.02), (-0.02, 0.97, 0.02), (0.02, -0.02, 1.03))

@@ -3,7 +3,7 @@
 
 import pytest
 
-from tools.calibrate_virtual import measure, pose
+from tools.calibrate.virtual import measure, pose
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Sinusoid

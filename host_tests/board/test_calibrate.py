@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.calibrate_virtual import FACES
+from tools.calibrate.virtual import FACES
 from tools.demo.__main__ import settings_file
 from tools.virtual import quaternions as quat
 from tools.virtual.bus import Bus

@@ -9,57 +9,16 @@ the samples in motion. VQF stands beside them when the package vqf is installed.
 import argparse
 import importlib.util
 import json
-import multiprocessing
-import os
 import sys
-import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from tools import recordings
-from tools.accuracy_filters import FILTERS
+from tools.accuracy.filters import FILTERS
+from tools.accuracy.measure import measure
 
 TWINS = ("attitude", "fixed.attitude")
-_done = None  # samples filtered so far, shared by the workers
-
-
-def _share(counter):
-    global _done
-    _done = counter
-
-
-def _tick(samples):
-    with _done.get_lock():
-        _done.value += samples
-
-
-def run(path, name):
-    """(rms error in degrees, up vectors) of one filter on one recording."""
-    rec = recordings.load(path)
-    up = FILTERS[name](rec, _tick)
-    return rec.rmse_deg(up), up.astype(np.float32)
-
-
-def measure(paths, names, jobs=None, quiet=False):
-    """{(name, path): (error, up)} of all filters on all recordings, over the cores."""
-    lengths = {path: len(recordings.load(path)) for path in paths}
-    # the checked integer code takes longest: it starts first
-    work = sorted(((n, p) for n in names for p in paths), key=lambda w: "fixed" not in w[0])
-    context = multiprocessing.get_context("spawn")
-    counter = context.Value("q", 0)
-    total = sum(lengths.values()) * len(names)
-    with ProcessPoolExecutor(jobs or os.cpu_count(), context, _share, (counter,)) as pool, tqdm(
-        total=total, unit="sample", unit_scale=True, disable=quiet
-    ) as bar:
-        futures = {w: pool.submit(run, w[1], w[0]) for w in work}
-        while not all(f.done() for f in futures.values()):
-            time.sleep(0.2)
-            bar.update(counter.value - bar.n)
-        bar.update(counter.value - bar.n)
-        return {w: f.result() for w, f in futures.items()}
 
 
 def angle_between_deg(a, b):
@@ -114,7 +73,9 @@ def available(names=None):
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tools.accuracy", description=__doc__.split("\n\n")[0]
+    )
     parser.add_argument("--data", help="folder of .npz or .mat recordings")
     parser.add_argument("--json", help="write the errors to this file")
     parser.add_argument("--out", default="out/accuracy.png", help="the picture")
@@ -132,7 +93,7 @@ def main(argv=None):
     if args.json:
         Path(args.json).parent.mkdir(parents=True, exist_ok=True)
         Path(args.json).write_text(json.dumps(data, indent=1) + "\n")
-    from tools.accuracy_picture import draw
+    from tools.accuracy.picture import draw
 
     draw(results, paths, data, Path(args.out))
     print(f"picture: {args.out}")

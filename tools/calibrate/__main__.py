@@ -196,7 +196,7 @@ def _arguments():
 def main():
     args = _arguments()
     if args.virtual:
-        from tools.calibrate_virtual import run
+        from tools.calibrate.virtual import run
 
         return run(args.seed)
     try:

@@ -10,7 +10,7 @@ from tools import recordings
 from tools.recordings import ACCEL_G, GYRO_DPS
 from tools.virtual.port import install_micropython
 
-LIB = str(Path(__file__).parents[1] / "lib")
+LIB = str(Path(__file__).parents[2] / "lib")
 if LIB not in sys.path:
     sys.path.insert(0, LIB)
 install_micropython()  # before anything of attitude.fixed
