@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 
-from tools.virtual import quaternions as quat
 from tools.virtual.motion import (
     FreeMotion,
     Replay,
@@ -17,6 +16,7 @@ from tools.virtual.motion import (
     Temperature,
     Vibration,
 )
+from tools.virtual.motion import quaternions as quat
 
 G = 9.80665
 

@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 
 from tools.virtual import firmware
-from tools.virtual import quaternions as quat
+from tools.virtual.motion import quaternions as quat
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = Path(__file__).parent / "board_scripts" / "soak.py"

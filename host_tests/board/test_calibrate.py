@@ -15,10 +15,10 @@ import pytest
 
 from tools.calibrate.virtual import FACES
 from tools.demo.__main__ import settings_file
-from tools.virtual import quaternions as quat
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Sinusoid, Still
+from tools.virtual.motion import quaternions as quat
 from tools.virtual.pico import VirtualPico
 from tools.virtual.rp2040.console import CTRL_C
 from tools.virtual.tolerances import worst_case

@@ -8,10 +8,10 @@ import tempfile
 
 import numpy as np
 
-from tools.virtual import quaternions as quat
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Still
+from tools.virtual.motion import quaternions as quat
 from tools.virtual.port import Port
 from tools.virtual.tolerances import worst_case
 

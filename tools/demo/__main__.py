@@ -20,7 +20,7 @@ from tools.demo.estimates import FILTERS, error_deg, rms
 from tools.demo.run import LEAD_S, MOTION, run
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
-from tools.virtual.replay import Replay
+from tools.virtual.motion.replay import Replay
 
 
 def report(recorded, path):

@@ -10,8 +10,8 @@ from tools.demo.estimates import estimates, up_vectors
 from tools.recordings import EXCERPTS, roll_pitch_deg
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
+from tools.virtual.motion.replay import Replay
 from tools.virtual.port import Port
-from tools.virtual.replay import Replay
 
 MOTION = EXCERPTS / "02_undisturbed_slow_rotation_B.npz"
 LEAD_S = 1.2  # rest before the recording, in which the app measures the gyro's bias

@@ -4,7 +4,7 @@
 import math
 import random
 
-from tools.virtual import quaternions as quat
+from tools.virtual.motion import quaternions as quat
 
 _RAD = math.pi / 180
 _G = 9.80665

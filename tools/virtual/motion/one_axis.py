@@ -3,7 +3,7 @@
 
 import math
 
-from tools.virtual import quaternions as quat
+from tools.virtual.motion import quaternions as quat
 
 _AXES = ("roll", "pitch", "yaw")
 _RAD = math.pi / 180

@@ -10,10 +10,10 @@ Sinusoid, Step, FreeMotion and Replay live in files of their own and are found h
 import math
 import random
 
-from tools.virtual import quaternions as quat
-from tools.virtual.free_motion import FreeMotion
-from tools.virtual.one_axis import Sinusoid, Step
-from tools.virtual.replay import Replay
+from tools.virtual.motion import quaternions as quat
+from tools.virtual.motion.free_motion import FreeMotion
+from tools.virtual.motion.one_axis import Sinusoid, Step
+from tools.virtual.motion.replay import Replay
 
 __all__ = ["FreeMotion", "Replay", "Sequence", "Sinusoid", "Step", "Still", "Temperature"]
 __all__ += ["Vibration"]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tools.virtual import quaternions as quat
+from tools.virtual.motion import quaternions as quat
 
 _G = 9.80665
 _ACC = [f"acc_{n}_m_s2" for n in "xyz"]
