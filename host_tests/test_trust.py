@@ -12,8 +12,8 @@ from tools.faults.measure import run
 from tools.faults.rig import Rig
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
-from tools.virtual.fault import Fault
 from tools.virtual.faults import make
+from tools.virtual.faults.fault import Fault
 from tools.virtual.motion import Still, Temperature
 from tools.virtual.port import Port, VirtualReset
 

@@ -2,7 +2,7 @@
 """What goes wrong on the wires."""
 
 from tools.virtual.bus import ArbitrationLost
-from tools.virtual.fault import Fault
+from tools.virtual.faults.fault import Fault
 
 
 class Nack(Fault):

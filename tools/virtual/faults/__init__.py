@@ -9,8 +9,15 @@ A scenario is a JSON list of {"at_s": 1.5, "fault": "nack", "for_s": 0.02, ...pa
 import inspect
 import json
 
-from tools.virtual.bus_faults import BitFlip, Filled, LostArbitration, Nack, SdaHeld, Timeout
-from tools.virtual.chip_faults import (
+from tools.virtual.faults.bus_faults import (
+    BitFlip,
+    Filled,
+    LostArbitration,
+    Nack,
+    SdaHeld,
+    Timeout,
+)
+from tools.virtual.faults.chip_faults import (
     BrownOut,
     ClockOff,
     FifoMisaligned,
@@ -20,7 +27,7 @@ from tools.virtual.chip_faults import (
     StuckData,
     Unplugged,
 )
-from tools.virtual.fault import Fault
+from tools.virtual.faults.fault import Fault
 
 __all__ = [
     "FAULTS",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What goes wrong in a chip, its supply, its INT line and its clock."""
 
-from tools.virtual.fault import Fault
+from tools.virtual.faults.fault import Fault
 
 
 class BrownOut(Fault):
