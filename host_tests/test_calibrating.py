@@ -21,7 +21,7 @@ def test_the_worst_sensor_after_six_faces_at_two_temperatures(seed, platform):
 
 def test_without_calibration_the_same_sensor_is_far_off():
     """So the bars above do measure something: 80 mg are 4.6 degrees."""
-    from tools.virtual.tolerances import worst_case
+    from tools.virtual.chip.tolerances import worst_case
 
     bias = worst_case(1)["accel_bias_g"]
     assert max(abs(b) for b in bias) == pytest.approx(0.08)

@@ -5,9 +5,9 @@ import pytest
 
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
+from tools.virtual.chip.tolerances import typical, worst_case
 from tools.virtual.master import Master
 from tools.virtual.motion import Sinusoid, Still
-from tools.virtual.tolerances import typical, worst_case
 
 
 def make(motion=None, **settings):

@@ -7,7 +7,7 @@ import pytest
 from tools.plants import closed_loop
 from tools.plants.platform import Base, Platform
 from tools.virtual.bus import Bus
-from tools.virtual.minimu9 import L3GD20Chip, LSM303Chip
+from tools.virtual.chip.minimu9 import L3GD20Chip, LSM303Chip
 from tools.virtual.port import Port
 
 # full scale, mdps per digit (L3GD20 table 4); full scale, mg per digit of 12 bits (LSM303DLHC

@@ -10,10 +10,10 @@ import numpy as np
 
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
+from tools.virtual.chip.tolerances import worst_case
 from tools.virtual.motion import Still
 from tools.virtual.motion import quaternions as quat
 from tools.virtual.port import Port
-from tools.virtual.tolerances import worst_case
 
 # roll and pitch, degrees, that put each face up
 FACES = ((0, 0), (180, 0), (90, 0), (-90, 0), (0, -90), (0, 90))

@@ -6,9 +6,8 @@ import struct
 import numpy as np
 from attitude.fixed.folding import Ideal
 
-from tools.virtual import registers
 from tools.virtual.bus import Bus
-from tools.virtual.chip import MPU6050Chip
+from tools.virtual.chip import MPU6050Chip, registers
 from tools.virtual.motion import quaternions
 
 LSB_PER_G = 4096  # +-8 g, papers 001 and 004

@@ -7,7 +7,7 @@ The motion is asked once per sample of the gyro, at that instant and in order of
 vibrates faster than half the sample rate aliases, here ahead of the low-pass.
 """
 
-from tools.virtual.sensing import design
+from tools.virtual.chip.sensing import design
 
 GYRO_SETTLE_NS = 30_000_000  # datasheet: 30 ms from sleep to ready
 _GYRO_TRANSIENT_DPS = 15.0

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What the configuration registers mean, and the output registers made from a sample."""
 
-from tools.virtual import registers as reg
-from tools.virtual.profiles import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
+from tools.virtual.chip import registers as reg
+from tools.virtual.chip.profiles import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
 
 _LP_WAKE_HZ = (1.25, 5.0, 20.0, 40.0)
 _ODR_HZ = (0.24, 0.49, 0.98, 1.95, 3.91, 7.81, 15.63, 31.25, 62.5, 125.0, 250.0, 500.0)

@@ -3,17 +3,17 @@
 
 import numpy as np
 
-from tools.virtual import registers as reg
-from tools.virtual.back_door import BackDoor
-from tools.virtual.fifo import Fifo
-from tools.virtual.interrupts import IntPin
+from tools.virtual.chip import registers as reg
+from tools.virtual.chip.back_door import BackDoor
+from tools.virtual.chip.fifo import Fifo
+from tools.virtual.chip.interrupts import IntPin
+from tools.virtual.chip.motion_engine import MotionEngine
+from tools.virtual.chip.profiles import ADDRESS, find
+from tools.virtual.chip.sampler import Sampler
+from tools.virtual.chip.sensing import Triad
+from tools.virtual.chip.settings import Settings, packet
+from tools.virtual.chip.trim import FactoryTrim
 from tools.virtual.motion import Still
-from tools.virtual.motion_engine import MotionEngine
-from tools.virtual.profiles import ADDRESS, find
-from tools.virtual.sampler import Sampler
-from tools.virtual.sensing import Triad
-from tools.virtual.settings import Settings, packet
-from tools.virtual.trim import FactoryTrim
 
 _NEVER = 1 << 62
 _SLEEP, _CYCLE, _CLK_STOPPED = 0x40, 0x20, 7

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """What tests, tools and faults may do to a chip behind its bus's back."""
 
-from tools.virtual import registers as reg
-from tools.virtual.profiles import find
+from tools.virtual.chip import registers as reg
+from tools.virtual.chip.profiles import find
 
 POWER_ON_NS = 20_000_000
 
 
 class BackDoor:
-    """Motion, supply, clock, INT line and overload of a tools.virtual.part.Part."""
+    """Motion, supply, clock, INT line and overload of a tools.virtual.chip.part.Part."""
 
     @property
     def motion(self):

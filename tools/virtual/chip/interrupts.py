@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """INT_STATUS and the INT pin: level, latch or 50 us pulse, cleared by reading (RM 4.13-4.16)."""
 
-from tools.virtual.registers import INT_ENABLE, INT_PIN_CFG
+from tools.virtual.chip.registers import INT_ENABLE, INT_PIN_CFG
 
 PULSE_NS = 50_000
 _LEVEL_LOW, _LATCH = 0x80, 0x20

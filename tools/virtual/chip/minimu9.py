@@ -2,15 +2,16 @@
 """The chips of a Pololu MinIMU-9 v2 as their bus sees them: L3GD20 and LSM303DLHC (accelerometer).
 
 Devices for tools.virtual.bus, driven by a motion source, with the same sensing chain as the
-MPU6050's (tools.virtual.sensing). Sources: L3GD20 DocID022116, LSM303DLHC DocID018771. Modelled is
-what a driver of samples touches: power, rate, range, auto-increment (bit 7 of the register
-number), little-endian outputs, saturation, noise. FIFO, interrupts and the compass are not.
+MPU6050's (tools.virtual.chip.sensing). Sources: L3GD20 DocID022116, LSM303DLHC DocID018771.
+Modelled is what a driver of samples touches: power, rate, range, auto-increment (bit 7 of the
+register number), little-endian outputs, saturation, noise. FIFO, interrupts and the compass are
+not.
 """
 
 import numpy as np
 
+from tools.virtual.chip.sensing import Triad, design
 from tools.virtual.motion import Still
-from tools.virtual.sensing import Triad, design
 
 _CTRL_REG1, _CTRL_REG4 = 0x20, 0x23
 _REMEMBER = 100  # samples to catch up at most: many time constants of either filter

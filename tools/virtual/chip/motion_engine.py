@@ -3,7 +3,7 @@
 
 import math
 
-from tools.virtual.registers import (
+from tools.virtual.chip.registers import (
     ACCEL_CONFIG,
     MOT_DETECT_CTRL,
     MOT_DETECT_STATUS,

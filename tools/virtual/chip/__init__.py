@@ -7,9 +7,9 @@ takes 50 ms in which writes are lost, power-on takes 20 ms in which nothing answ
 works only while FIFO_EN is 0 (as the register map says), the gyro swings in for 30 ms.
 """
 
-from tools.virtual import registers as reg
-from tools.virtual.interrupts import CLEAR_ON_ANY_READ
-from tools.virtual.part import Part
+from tools.virtual.chip import registers as reg
+from tools.virtual.chip.interrupts import CLEAR_ON_ANY_READ
+from tools.virtual.chip.part import Part
 
 RESET_NS = 50_000_000
 _DEVICE_RESET = 0x80
@@ -23,7 +23,7 @@ class MPU6050Chip(Part):
     """One chip that has had its supply for long and is asleep, as after power-on.
 
     motion              source of true motion; None: still, level, 25 degC
-    profile             a name of tools.virtual.profiles, or a WHO_AM_I value
+    profile             a name of tools.virtual.chip.profiles, or a WHO_AM_I value
     seed, noise         noise, trim codes and factory offsets come from the seed
     clock_error         fraction by which the chip's clock runs fast, e.g. 0.01
     gyro_bias_dps, accel_bias_g, gyro_bias_dps_per_c, accel_bias_g_per_c (from 25 degC)

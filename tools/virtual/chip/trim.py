@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from tools.virtual.profiles import trim_dps, trim_g
-from tools.virtual.registers import SELF_TEST_A, SELF_TEST_X
+from tools.virtual.chip.profiles import trim_dps, trim_g
+from tools.virtual.chip.registers import SELF_TEST_A, SELF_TEST_X
 
 
 class FactoryTrim:
