@@ -10,7 +10,7 @@ import random
 import pytest
 
 from host_tests.viper_snippets import define
-from tools.virtual.port.viper_ranges import INT_RANGE, UINT_RANGE, divides_safely, result_range
+from tools.virtual.viper.ranges import INT_RANGE, UINT_RANGE, divides_safely, result_range
 
 _OPERATORS = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv,

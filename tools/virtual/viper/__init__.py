@@ -14,10 +14,10 @@ import errno
 import linecache
 import types
 
-from .viper_compile import Function
-from .viper_consts import file_constants
-from .viper_ranges import divides_safely
-from .viper_values import LIMITS, ViperTypeError
+from .compile import Function
+from .consts import file_constants
+from .ranges import divides_safely
+from .values import LIMITS, ViperTypeError
 
 _FORMATS = {"ptr": "B", "ptr8": "B", "ptr16": "H", "ptr32": "i"}
 _files = {}
@@ -139,7 +139,7 @@ def _code_of(function, filename, outer_names):
     arguments = ast.arguments([], [ast.arg(n) for n in outer_names], None, [], [], None, [])
     outer = ast.FunctionDef("outer", arguments, [function], [])
     module = ast.fix_missing_locations(ast.Module([outer], []))
-    code = compile(module, filename, "exec")
+    code = builtins.compile(module, filename, "exec")  # `compile` is the file beside this one
     for name in ("outer", function.name):
         code = next(
             c for c in code.co_consts if isinstance(c, types.CodeType) and c.co_name == name

@@ -3,10 +3,10 @@
 
 import ast
 
-from .viper_arith import Arithmetic
-from .viper_consts import fold
-from .viper_ranges import UINT_RANGE, union, within
-from .viper_values import (
+from .arith import Arithmetic
+from .consts import fold
+from .ranges import UINT_RANGE, union, within
+from .values import (
     BOOL,
     INT,
     LOADS,
@@ -27,7 +27,7 @@ from .viper_values import (
 
 class Expressions(Arithmetic):
     """Translates expressions; `locals` maps names to types, `ranges` to intervals, `constants` as
-    in viper_consts.
+    in consts.py.
     """
 
     def refuse(self, node, text):

@@ -5,9 +5,9 @@ checks in it.
 
 import ast
 
-from .viper_consts import fold
-from .viper_stores import Stores
-from .viper_values import BOOL, INT, LIMITS, NONE, OBJECT, POINTERS, UINT, Value, call, name
+from .consts import fold
+from .stores import Stores
+from .values import BOOL, INT, LIMITS, NONE, OBJECT, POINTERS, UINT, Value, call, name
 
 _FORBIDDEN = (
     ast.Yield, ast.YieldFrom, ast.Await, ast.Lambda, ast.ListComp, ast.DictComp, ast.SetComp,

@@ -3,7 +3,7 @@
 
 import ast
 
-from .viper_ranges import (
+from .ranges import (
     INT_RANGE,
     UINT_RANGE,
     clip,
@@ -11,7 +11,7 @@ from .viper_ranges import (
     result_range,
     within,
 )
-from .viper_values import (
+from .values import (
     BOOL,
     INT,
     LIMITS,

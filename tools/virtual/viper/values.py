@@ -10,7 +10,7 @@ call returns an object.
 import ast
 from typing import NamedTuple
 
-from .viper_ranges import INT_RANGE, UINT_RANGE
+from .ranges import INT_RANGE, UINT_RANGE
 
 OBJECT, BOOL, INT, UINT, NONE = "object", "bool", "int", "uint", "None"
 POINTERS = ("ptr", "ptr8", "ptr16", "ptr32")

@@ -3,10 +3,10 @@
 
 import ast
 
-from .viper_consts import is_const_statement
-from .viper_expr import Expressions
-from .viper_ranges import union, within
-from .viper_values import (
+from .consts import is_const_statement
+from .expr import Expressions
+from .ranges import union, within
+from .values import (
     BOOL,
     INT,
     LIMITS,
