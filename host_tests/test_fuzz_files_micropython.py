@@ -26,7 +26,7 @@ from host_tests.hostile_files import (
     whole,
     written,
 )
-from tools.virtual import firmware
+from tools.virtual import images
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "tools" / "board_scripts" / "fuzz_files.py"
@@ -133,7 +133,7 @@ def without_floats(texts):
 def test_micropython_survives_and_agrees_with_cpython():
     made = sets()
     corpus = pack(made)
-    command = [str(firmware.unix_micropython()), "-X", f"heapsize={HEAP}"]
+    command = [str(images.unix_micropython()), "-X", f"heapsize={HEAP}"]
     *board, board_ms = answers(command, "", corpus)
     pc_head = "from tools.virtual.port import install_micropython\ninstall_micropython()\n"
     *pc, _ = answers([sys.executable], pc_head, corpus)

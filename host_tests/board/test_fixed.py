@@ -12,7 +12,7 @@ import pytest
 from attitude.fixed import AdaptiveNotch, Attitude, KalmanTilt2, LowPass
 
 from host_tests.fixed_inputs import KINDS, Skewed, adversarial, recorded
-from tools.virtual.firmware import run_rv32
+from tools.virtual.images import run_rv32
 from tools.virtual.pico import VirtualPico
 from tools.virtual.rp2040 import flash
 

@@ -15,7 +15,7 @@ from rp2040py.execute_batch import execute_batch
 from rp2040py.irq import IRQ
 from rp2040py.memory_map import FLASH_START_ADDRESS
 
-from tools.virtual import firmware
+from tools.virtual import images
 from tools.virtual.rp2040 import flash
 from tools.virtual.rp2040.console import CTRL_A, CTRL_B, CTRL_C, CTRL_D, RAW_PROMPT, Console
 from tools.virtual.rp2040.flash_chip import FlashChip
@@ -52,7 +52,7 @@ class VirtualPico:
         self.output = bytearray()  # what the board printed and nobody has taken
         self.restarts = 0  # resets by pin, power, watchdog or machine.reset()
         self._raw = False
-        self._device = BaseDevice(board=BoardSpec(image=image or firmware.rp2040_image()))
+        self._device = BaseDevice(board=BoardSpec(image=image or images.rp2040_image()))
         self._simulator = self._device.simulator
         self._mcu = self._device.mcu
         self.flash = FlashChip(self._mcu)
