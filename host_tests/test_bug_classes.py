@@ -9,7 +9,8 @@ import re
 from pathlib import Path
 
 import pytest
-from sensor_rig import BUSES, Feel, rig
+
+from host_tests.sensor_rig import BUSES, Feel, rig
 
 ROOT = Path(__file__).resolve().parents[1]
 LSB_PER_DPS = {250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}

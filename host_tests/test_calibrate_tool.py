@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mpremote.transport import TransportError
 from scipy.spatial.transform import Rotation
-from sensor_rig import Feel, rig
 
+from host_tests.sensor_rig import Feel, rig
 from tools.calibrate import __main__ as calibrate
 from tools.calibrate.__main__ import Guide
 from tools.virtual.chip import MPU6050Chip

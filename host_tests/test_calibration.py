@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from sensor_rig import Feel, rig
 
+from host_tests.sensor_rig import Feel, rig
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Still
 

@@ -2,8 +2,8 @@
 """Who answers, and what the driver says when it is nobody or somebody else."""
 
 import pytest
-from sensor_rig import BUSES, Feel, rig
 
+from host_tests.sensor_rig import BUSES, Feel, rig
 from tools.virtual.chip import MPU6050Chip
 
 CLONES = [

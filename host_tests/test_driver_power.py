@@ -5,7 +5,8 @@ from importlib import import_module
 from itertools import pairwise
 
 import pytest
-from sensor_rig import Feel, rig
+
+from host_tests.sensor_rig import Feel, rig
 
 PWR_MGMT_1, ACCEL_CONFIG = 0x6B, 0x1C
 

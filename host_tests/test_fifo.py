@@ -4,7 +4,8 @@
 from itertools import pairwise
 
 import pytest
-from sensor_rig import BUSES, Feel, rig
+
+from host_tests.sensor_rig import BUSES, Feel, rig
 
 
 class Ramp:

@@ -2,7 +2,8 @@
 """The self-test by the datasheet: formulas typed again from RM-MPU-6000A r4.2 p. 9-11."""
 
 import pytest
-from sensor_rig import BUSES, Feel, rig
+
+from host_tests.sensor_rig import BUSES, Feel, rig
 
 GYRO_CODES, ACCEL_CODES = (1, 16, 31), (31, 2, 17)
 
