@@ -3,7 +3,7 @@
 
 import pytest
 
-from host_tests.sensor_rig import BUSES, Feel, rig
+from host_tests.lib.sensor_rig import BUSES, Feel, rig
 
 GYRO_CODES, ACCEL_CODES = (1, 16, 31), (31, 2, 17)
 

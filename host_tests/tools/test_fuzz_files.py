@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from host_tests.hostile_files import (
+from host_tests.firmware.hostile_files import (
     ENDS,
     KINDS,
     LIMITS,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from attitude.fixed import KalmanTilt2
 
-from host_tests.fixed_inputs import Skewed, recorded
+from host_tests.lib.fixed_inputs import Skewed, recorded
 
 EXCERPTS = (
     "02_undisturbed_slow_rotation_B",

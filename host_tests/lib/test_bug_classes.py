@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from host_tests.sensor_rig import BUSES, Feel, rig
+from host_tests.lib.sensor_rig import BUSES, Feel, rig
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 LSB_PER_DPS = {250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}
 LSB_PER_G = {2: 16384.0, 4: 8192.0, 8: 4096.0, 16: 2048.0}
 

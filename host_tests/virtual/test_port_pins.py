@@ -5,7 +5,7 @@ import itertools
 
 import pytest
 
-from host_tests.port_rig import ADDRESS, Ram
+from host_tests.virtual.port_rig import ADDRESS, Ram
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.faults import make

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from host_tests.sensor_rig import BUSES, Feel, rig
+from host_tests.lib.sensor_rig import BUSES, Feel, rig
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Vibration
 

@@ -3,7 +3,7 @@
 
 import pytest
 
-from host_tests.sensor_rig import BUSES, Feel, rig
+from host_tests.lib.sensor_rig import BUSES, Feel, rig
 
 PWR_MGMT_1, CONFIG, GYRO_CONFIG, ACCEL_CONFIG, SMPLRT_DIV = 0x6B, 0x1A, 0x1B, 0x1C, 0x19
 

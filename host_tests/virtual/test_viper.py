@@ -9,7 +9,7 @@ from array import array
 import pytest
 from micropython import const, viper
 
-from host_tests.viper_snippets import SNIPPETS, define, prepare, rows
+from host_tests.virtual.viper_snippets import SNIPPETS, define, prepare, rows
 from tools.virtual.port import ViperTypeError
 
 _SHIFT = const(15)

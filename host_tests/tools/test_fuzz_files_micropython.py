@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from host_tests.hostile_files import (
+from host_tests.firmware.hostile_files import (
     KINDS,
     NAMES,
     ODD_COUNTS,
@@ -28,7 +28,7 @@ from host_tests.hostile_files import (
 )
 from tools.virtual import images
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "tools" / "board_scripts" / "fuzz_files.py"
 SETS = 5_600  # of one to three files
 HEAP = "112K"  # its modules take a third of it; a Pico has 240 kB

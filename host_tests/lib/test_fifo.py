@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from host_tests.sensor_rig import BUSES, Feel, rig
+from host_tests.lib.sensor_rig import BUSES, Feel, rig
 
 
 class Ramp:

@@ -3,7 +3,7 @@
 
 import pytest
 
-from host_tests.port_rig import ADDRESS, Ram
+from host_tests.virtual.port_rig import ADDRESS, Ram
 from tools.virtual.bus import Bus
 from tools.virtual.faults import make
 from tools.virtual.port import Port

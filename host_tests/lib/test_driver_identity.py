@@ -3,7 +3,7 @@
 
 import pytest
 
-from host_tests.sensor_rig import BUSES, Feel, rig
+from host_tests.lib.sensor_rig import BUSES, Feel, rig
 from tools.virtual.chip import MPU6050Chip
 
 CLONES = [

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-LIB = Path(__file__).resolve().parents[1] / "lib"
+LIB = Path(__file__).resolve().parents[2] / "lib"
 
 
 @pytest.mark.parametrize("package", ("mpu6050", "attitude", "control"))

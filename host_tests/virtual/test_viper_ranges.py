@@ -9,7 +9,7 @@ import random
 
 import pytest
 
-from host_tests.viper_snippets import define
+from host_tests.virtual.viper_snippets import define
 from tools.virtual.viper.ranges import INT_RANGE, UINT_RANGE, divides_safely, result_range
 
 _OPERATORS = {

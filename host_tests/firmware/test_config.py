@@ -3,7 +3,7 @@
 
 import pytest
 
-from host_tests.hostile_files import written
+from host_tests.firmware.hostile_files import written
 from tools.virtual.port import Port
 
 

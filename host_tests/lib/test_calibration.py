@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from host_tests.sensor_rig import Feel, rig
+from host_tests.lib.sensor_rig import Feel, rig
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Still
 

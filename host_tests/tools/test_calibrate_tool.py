@@ -11,7 +11,7 @@ import pytest
 from mpremote.transport import TransportError
 from scipy.spatial.transform import Rotation
 
-from host_tests.sensor_rig import Feel, rig
+from host_tests.lib.sensor_rig import Feel, rig
 from tools.calibrate import __main__ as calibrate
 from tools.calibrate.__main__ import Guide
 from tools.virtual.chip import MPU6050Chip

@@ -8,7 +8,7 @@ import pytest
 from attitude import Attitude as FloatAttitude
 from attitude.fixed import Attitude
 
-from host_tests.fixed_inputs import recorded
+from host_tests.lib.fixed_inputs import recorded
 
 LSB_PER_DPS = {250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}
 LSB_PER_G = {2: 16384.0, 4: 8192.0, 8: 4096.0, 16: 2048.0}

@@ -12,7 +12,7 @@ from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Still
 from tools.virtual.port import Port
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
 
 

@@ -7,7 +7,7 @@ import micropython
 import pytest
 from attitude.fixed import AdaptiveNotch, Attitude, Complementary, KalmanTilt2, LowPass, Notch
 
-from host_tests.fixed_inputs import KINDS, Skewed, adversarial
+from host_tests.lib.fixed_inputs import KINDS, Skewed, adversarial
 
 SAMPLES = 500
 RATES = (80, 250, 1000)

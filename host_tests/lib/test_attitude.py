@@ -367,7 +367,7 @@ def test_single_precision_is_enough():
 
 
 def test_imports_with_nothing_but_lib():
-    lib = Path(__file__).parents[1] / "lib"
+    lib = Path(__file__).parents[2] / "lib"
     code = ("import sys; sys.path[:0] = [%r]; from attitude import Attitude; f = Attitude(250);"
             "f.update(0, 0, 0, 0, 0, 1, 0.004); print(f.roll_deg)" % str(lib))
     done = subprocess.run([sys.executable, "-I", "-S", "-c", code], capture_output=True, text=True)

@@ -5,7 +5,7 @@ import errno
 
 import pytest
 
-from host_tests.hostile_files import whole, written
+from host_tests.firmware.hostile_files import whole, written
 from tools.virtual.port import Port
 
 

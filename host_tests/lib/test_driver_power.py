@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from host_tests.sensor_rig import Feel, rig
+from host_tests.lib.sensor_rig import Feel, rig
 
 PWR_MGMT_1, ACCEL_CONFIG = 0x6B, 0x1C
 
