@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from tools.virtual import firmware
+from tools.virtual import images
 from tools.virtual.rp2040.flash import BLOCK_COUNT, BLOCK_SIZE
 from tools.virtual.rp2040.flash_cuts import ERASED, Flash, cuts
 
@@ -124,7 +124,7 @@ def _run(script, names):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, script)
         path.write_text(head + (SCRIPTS / script).read_text())
-        command = [str(firmware.unix_micropython()), "-X", "heapsize=4M", str(path)]
+        command = [str(images.unix_micropython()), "-X", "heapsize=4M", str(path)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stdout + done.stderr)

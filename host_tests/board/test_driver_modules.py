@@ -2,7 +2,8 @@
 """FIFO, calibration, self-test and offsets under the real firmware on the emulated RP2040."""
 
 import pytest
-from driver_rig import Feel, driver_board, value
+
+from host_tests.board.driver_rig import Feel, driver_board, value
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,8 @@
 """The driver under the real firmware on the emulated RP2040: values, microseconds, heap."""
 
 import pytest
-from driver_rig import driver_board, value
 
+from host_tests.board.driver_rig import driver_board, value
 from tools.virtual.faults import make
 
 

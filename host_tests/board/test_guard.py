@@ -6,7 +6,7 @@ Thumb is the emulated RP2040, RISC-V the ESP32-C3; integers do not wrap on the P
 
 import pytest
 
-from tools.virtual.firmware import run_rv32
+from tools.virtual.images import run_rv32
 from tools.virtual.port import Port
 from tools.virtual.rp2040.flash import ROOT
 

@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from tools.demo import settings_file
+from tools.demo.__main__ import settings_file
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.pico import VirtualPico

@@ -6,7 +6,7 @@ from contextlib import redirect_stdout
 
 import pytest
 
-from host_tests.port_rig import Ram
+from host_tests.virtual.port_rig import Ram
 from tools.virtual.bus import Bus
 from tools.virtual.faults import make
 from tools.virtual.pico import VirtualPico

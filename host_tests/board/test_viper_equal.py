@@ -5,7 +5,7 @@ from array import array
 
 import pytest
 
-from host_tests.viper_snippets import SNIPPETS, define, is_grid, prepare, rows
+from host_tests.virtual.viper_snippets import SNIPPETS, define, is_grid, prepare, rows
 
 _HEAD = """
 import micropython, binascii

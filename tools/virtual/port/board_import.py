@@ -8,7 +8,7 @@ import sys
 from importlib.machinery import PathFinder, SourceFileLoader
 from pathlib import Path
 
-from . import viper
+from tools.virtual import viper
 
 ROOT = Path(__file__).resolve().parents[3]
 _HOST = {

@@ -5,7 +5,7 @@ heap lock counters.
 
 import types
 
-from .viper import ViperTypeError, viper
+from tools.virtual.viper import ViperTypeError, viper
 
 __all__ = ["ViperTypeError", "make_module"]
 

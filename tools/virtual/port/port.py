@@ -7,7 +7,9 @@ import time as host_time
 import traceback
 from pathlib import Path
 
-from . import async_loop, board_modules, machine, micropython, ticks, traits, viper
+from tools.virtual import viper
+
+from . import async_loop, board_modules, machine, micropython, ticks, traits
 from .board_import import ROOT, Importer, board_code
 from .clock import Clock
 from .outputs import VirtualReset
