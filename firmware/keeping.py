@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The calibration on the flash: loaded, saved, and what of it fits the part that is there."""
 
-from mpu6050.calibration import Calibration
+from calibration import Calibration
 
 from firmware import store
 

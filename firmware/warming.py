@@ -5,7 +5,7 @@ Looked at about once a second. Nothing is allocated unless the temperature has m
 or a rest of ten seconds has been seen.
 """
 
-from mpu6050.thermal import BiasLearner
+from calibration.thermal import BiasLearner
 
 _REST_LOOKS = 10  # about ten seconds
 _SLOPE_MAX = 0.7  # deg/s per degC: twice the datasheet's (PS p. 12)

@@ -85,7 +85,7 @@ def test_a_value_out_of_range_in_a_valid_file_keeps_the_default_and_the_others(p
 
 
 def test_a_calibration_is_stored_and_checked(port, tmp_path):
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     from firmware import keeping
 
