@@ -27,12 +27,12 @@ def rest(imu, seconds=1.0):
     """Mean readings (a Rest) of a sensor that lies still. NotStill says why not. OSError."""
     pause_ms = max(1, round(1000 / imu.rate_hz))
     half = max(10, int(500 * seconds / pause_ms))
-    first, first_squares = _sums(imu, half, pause_ms)
-    second, second_squares = _sums(imu, half, pause_ms)
+    first, first_squares, temp_c = _sums(imu, half, pause_ms)
+    second, second_squares, more_c = _sums(imu, half, pause_ms)
     n = 2 * half
-    scale = [imu.accel_lsb_per_g] * 3 + [1] + [imu.gyro_lsb_per_dps] * 3
+    scale = [imu.accel_lsb_per_g] * 3 + [imu.gyro_lsb_per_dps] * 3
     mean, spread, drift = [], [], []
-    for i in range(7):
+    for i in range(6):
         total = first[i] + second[i]
         mean.append(total / n / scale[i])
         # integers up to here, so that single precision does not eat the small difference
@@ -40,8 +40,7 @@ def rest(imu, seconds=1.0):
         spread.append(sqrt(max(0, variance)) / n / scale[i])
         drift.append((second[i] - first[i]) / half / scale[i])
     _judge(mean, spread, drift)
-    temp = mean[3] / imu.profile.temp_lsb_per_c + imu.profile.temp_offset_c
-    return Rest(tuple(mean[:3]), tuple(mean[4:]), temp)
+    return Rest(tuple(mean[:3]), tuple(mean[3:]), (temp_c + more_c) / n)
 
 
 def gyro_bias(imu, cal=None, seconds=2.0):
@@ -52,28 +51,30 @@ def gyro_bias(imu, cal=None, seconds=2.0):
 
 
 def _sums(imu, n, pause_ms):
-    sums, squares = [0] * 7, [0] * 7
+    """Of n samples: sums and sums of squares of the six axes' counts, sum of the degrees."""
+    sums, squares, temp_c = [0] * 6, [0] * 6, 0.0
     for _ in range(n):
         imu.read()
         if not imu.plausible():
             raise NotStill("no data: the sensor sends %s" % list(imu.counts))
-        for i in range(7):
-            value = imu.counts[i]
+        for i in range(6):
+            value = imu.counts[i if i < 3 else i + 1]
             sums[i] += value
             squares[i] += value * value
+        temp_c += imu.temp_c()
         time.sleep_ms(pause_ms)
-    return sums, squares
+    return sums, squares, temp_c
 
 
 def _judge(mean, spread, drift):
     for i in range(3):
         axis = "xyz"[i]
         for size, limit, unit, what in (
-            (spread[4 + i], _GYRO_LIMIT_DPS, "deg/s", "gyro %s shook by" % axis),
+            (spread[3 + i], _GYRO_LIMIT_DPS, "deg/s", "gyro %s shook by" % axis),
             (spread[i], _ACCEL_LIMIT_G, "g", "accelerometer %s shook by" % axis),
-            (abs(drift[4 + i]), _GYRO_LIMIT_DPS, "deg/s", "gyro %s drifted by" % axis),
+            (abs(drift[3 + i]), _GYRO_LIMIT_DPS, "deg/s", "gyro %s drifted by" % axis),
             (abs(drift[i]), _DRIFT_LIMIT_G, "g", "accelerometer %s drifted by" % axis),
-            (abs(mean[4 + i]), _BIAS_LIMIT_DPS, "deg/s", "gyro %s turns at" % axis),
+            (abs(mean[3 + i]), _BIAS_LIMIT_DPS, "deg/s", "gyro %s turns at" % axis),
         ):
             if size > limit:
                 raise NotStill("moved: %s %.3g %s (limit %g)" % (what, size, unit, limit))
