@@ -114,7 +114,7 @@ def test_the_filters_knobs_begin_at_the_filters_own_defaults(port):
 
     import attitude
     from attitude import fixed
-    from attitude.fixed import attitude_setup
+    from attitude.fixed.attitude import coefficients
     from attitude.gyro_bias import GyroBias
 
     from firmware.config import Config
@@ -122,7 +122,7 @@ def test_the_filters_knobs_begin_at_the_filters_own_defaults(port):
 
     config = Config()
     kinds = {
-        "attitude": (attitude_setup.set_up,),
+        "attitude": (coefficients.set_up,),
         "kalman2": (fixed.KalmanTilt2,),
         "float.attitude": (attitude.Attitude, GyroBias),
         "float.kalman": (attitude.KalmanTilt,),

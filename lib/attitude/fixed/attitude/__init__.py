@@ -5,11 +5,11 @@ from math import sqrt
 
 from micropython import const
 
-from attitude.fixed.attitude_setup import set_up
-from attitude.fixed.attitude_step import step
+from attitude.fixed.attitude.coefficients import set_up
+from attitude.fixed.attitude.step import step
 from attitude.fixed.base import Fixed
 
-# places and formats: attitude_step and attitude_slow
+# places and formats: step and slow
 _GYRO_SHIFT = const(24)
 _LAG_PRE = const(26)
 _LAG = const(27)
