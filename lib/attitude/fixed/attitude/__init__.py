@@ -1,5 +1,80 @@
 # SPDX-License-Identifier: MIT
-"""The integer twin of attitude.Attitude: one viper call from raw counts to millidegrees."""
+"""The integer twin of attitude.Attitude: one viper call from raw counts to millidegrees.
+
+Its numbers stand in one array of 32-bit integers that six files share. A constant of viper code
+must be local to its file to be free, so what stands once is this list, and a test holds every
+const() of the folder against it. "inc" is a rate times dt / 4 in 2^-30 rad, "sum" is inc times
+samples, Qn a number times 2^n; spans of time are counts of blocks. Written by: set (set-up and
+calibration), step, slow, view (bias_view), level.
+
+place    name        format and meaning                                              written by
+0-11     -           Q14: accelerometer's 9 coefficients, 3 offsets (folding)               set
+12-23    -           gyro's 9 coefficients, 3 offsets to inc, over 2^GYRO_SHIFT             set
+24       GYRO_SHIFT  how far the gyro's sums are shifted down                               set
+25       E_SHIFT     counts * 2^13 >> E_SHIFT is g * 2^24                                   set
+26       LAG_PRE     lag_s * rate, an angle Q15, is (inc >> LAG_PRE) * LAG >> LAG_POST      set
+27       LAG         see LAG_PRE                                                            set
+28       LAG_POST    see LAG_PRE                                                            set
+29       ONE         2^30, which is no small integer                                        set
+30       K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15; state begins here    slow
+31       K_SHIFT     see K                                                         set, slow
+32       K_HALF      2^(K_SHIFT - 1), to round                                             slow
+33       COUNT       samples in this block: the first one has one, and levels      set, slow
+34       W           quaternion, sensor to earth, Q30                 set, step, slow, level
+35       X           the same                                                 step, slow, level
+36       Y           the same                                                 step, slow, level
+37       Z           the same                                                 step, slow, level
+38       TRIM        (|q|^2 - 1) / 2, Q18: what the next sample takes off           step, level
+39-41    LAST        inc of the last sample without bias                                   step
+42-44    BIAS        inc Q8                                                          slow, view
+45-47    -           the bias's fraction that waits, Q8                                    step
+48       VX          velocity that should not be there, g * 2^24                     step, slow
+49       VY          the same                                                        step, slow
+50       PX          position that should not be there, g * 2^24                     step, slow
+51       PY          the same                                                        step, slow
+52       LEFT        samples until the block is full                         set, step, slow
+53       OVER        the gyro was over its range in this block                       step, slow
+54-59    SUM         of the block: inc with the bias in it, calibrated counts        step, slow
+60-61    ROLL        mdeg, then the pitch                                                  step
+62       YAW         mdeg                                                                  step
+63-68    MEAN        sums of the last half second, the accelerometer's in Q6               slow
+69-71    HOME        the bias as last seen at rest, sum                                    slow
+72-74    HOME_BIAS   the same, inc Q8                                                      slow
+75-77    UP          acceleration in the earth frame, counts * samples                     slow
+78       UP_SAMPLES  how many are in it                                                    slow
+79       AGE         since the start, or since the attitude was lost                       slow
+80       STILL       for how long it has been still, at most REST                          slow
+81       RESTED      for how long it has been at rest, at most RESTED_MAX                  slow
+82       LEARNED     it has rested once                                                    slow
+83       MOVED       it has moved since the start                                          slow
+84       SPEED       sum of the axes' |rate| over some seconds, sum                        slow
+85       KNOWN       how long the bias has been watched                              slow, view
+86       GAIN        gain * dt, Q24                                                        slow
+87-92    TILT        Q24: earth x in sensor axes, earth y in sensor axes, filtered   slow, view
+93-98    VELOCITY    Q24, of the same filter                                         slow, view
+99-104   POSITION    Q24, of the same filter; state ends here                        slow, view
+105      N           samples in a block; from here to the end in the order of set_up        set
+106      MEAN_K      Q15                                                                    set
+107      STILL_GYRO  sum                                                                    set
+108      STILL_ACCEL counts * samples, Q6                                                   set
+109-110  LIMIT       sum: bias that is believed before and after the first rest             set
+111-112  LIMIT_BIAS  the same, inc Q8                                                       set
+113      REST        how long it must be still                                              set
+114      RESTED_MAX  averaging time of the bias at rest                                     set
+115      YOUNG       how long the mean alone levels                                         set
+116      RAMP        gain * dt, Q24, times age                                              set
+117      K_MOTION    gain * dt, Q24                                                         set
+118      K_REST      the same                                                               set
+119      HALF_G      counts                                                                 set
+120      QUICK       5 s                                                                    set
+121      KNOWN_MAX   time constant of the bias in motion                                    set
+122      LEARN_AGE   from when on the bias is learned in motion                             set
+123      LOST        samples in 2 s                                                         set
+124      SPEED_K     Q15                                                                    set
+125      FAST        speed to gain * dt, Q24: times FAST / 2^15 >> FAST_SHIFT               set
+126      FAST_SHIFT  see FAST                                                               set
+127      VIEW_AT     LEFT at which the view of the bias follows                             set
+"""
 
 from math import sqrt
 
@@ -9,7 +84,6 @@ from attitude.fixed.attitude.coefficients import set_up
 from attitude.fixed.attitude.step import step
 from attitude.fixed.base import Fixed
 
-# places and formats: step and slow
 _GYRO_SHIFT = const(24)
 _LAG_PRE = const(26)
 _LAG = const(27)

@@ -44,7 +44,7 @@ _SPEED = const(84)  # sum of the axes' |rate| over some seconds, sum
 
 _KNOWN = const(85)  # how long the bias has been watched; 87-104: bias_view
 _GAIN = const(86)  # gain * dt, Q24
-_VIEW = const(87)
+_TILT = const(87)
 _VIEW_END = const(105)
 
 _N = const(105)  # samples in a block
@@ -272,7 +272,7 @@ def slow(array):
         j = s[_PY]
         s[_PX] = (i >> 15) * k + ((i & 0x7FFF) * k >> 15)
         s[_PY] = (j >> 15) * k + ((j & 0x7FFF) * k >> 15)
-        i = _VIEW
+        i = _TILT
         while i < _VIEW_END:
             s[i] = 0
             i += 1
