@@ -28,21 +28,10 @@ SETTINGS = {
     "float.complementary": {"complementary_tau_s": "tau_s"},
 }
 
-# dlpf_hz: the gyro's delay in seconds (PS-MPU-6000A, table of DLPF_CFG)
-_DELAY_S = {
-    260: 0.00098,
-    184: 0.0019,
-    94: 0.0028,
-    44: 0.0048,
-    21: 0.0083,
-    10: 0.0134,
-    5: 0.0186,
-}
 
-
-def lag_s(config):
+def lag_s(config, imu):
     """Age of what a burst says when it is read, seconds: filter delay and half a sample."""
-    return _DELAY_S[config.dlpf_hz] + 0.5 / config.sensor_hz
+    return imu.delay_s + 0.5 / config.sensor_hz
 
 
 def make(config, calibration, imu):
@@ -50,7 +39,7 @@ def make(config, calibration, imu):
     name = config.filter
     settings = {own: getattr(config, knob) for knob, own in SETTINGS[name].items()}
     if name.endswith("attitude"):
-        settings["lag_s"] = lag_s(config)
+        settings["lag_s"] = lag_s(config, imu)
     if name in ("attitude", "kalman2"):
         from attitude import fixed
 

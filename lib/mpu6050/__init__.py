@@ -110,6 +110,11 @@ class MPU6050(Registers):
         """Whether start() runs the burst in the background, so that collecting it costs less."""
         return self._split is not None
 
+    @property
+    def delay_s(self):
+        """How old the gyro's low-pass makes a sample, seconds."""
+        return ranges.delay_s(self.dlpf_hz, self.profile.family)
+
     def read(self):
         """Fetch one sample into `counts`: one 14-byte burst, one instant. OSError on failure."""
         if self._busy[0]:
