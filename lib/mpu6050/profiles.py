@@ -50,6 +50,16 @@ def known(who_am_i):
     return _like_6500(name) if name else None
 
 
+def take_on(device, who_am_i):
+    """Give the device the Profile of another part and its rows; False when that is unknown."""
+    profile = known(who_am_i)
+    if profile is None:
+        return False
+    device.who_am_i, device.profile = who_am_i, profile
+    filter_row(device)
+    return True
+
+
 def filter_row(device):
     """Give the table its row for the second filter register where the part has one, else none."""
     rows = bytearray()
@@ -64,25 +74,6 @@ def filter_row(device):
         rows.extend(bytes((_ACCEL_CONFIG_2, code, 0x0F)))
     device._table = rows
     device.rewind()
-
-
-def same_part(device):
-    """Whether the part that answers now is still the one that was identified. OSError."""
-    device.load(_WHO_AM_I, device._byte)
-    return device._byte[0] == device.who_am_i
-
-
-def adopt(device):
-    """Take on the other part that same_part() has seen; False when it is unknown.
-
-    What it needs is in the table then, to be applied by configure() or repair().
-    """
-    profile = known(device._byte[0])
-    if profile is None:
-        return False
-    device.who_am_i, device.profile = device._byte[0], profile
-    filter_row(device)
-    return True
 
 
 def identify(device, allow_unknown):
