@@ -9,8 +9,9 @@ c.level(); c.nose_up()  # how the sensor sits in the robot; level(2) where no pl
 c.save("2026-05-01")
 """
 
-from mpu6050 import mounting
-from mpu6050.calibrate import Poses, gyro_bias, rest, with_slopes
+from calibration import mounting
+from calibration.poses import Poses, with_slopes
+from calibration.rest import gyro_bias, rest
 
 from firmware.calibration import load_for, save_calibration
 

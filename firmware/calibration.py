@@ -5,8 +5,8 @@ It follows the chip's temperature, and learns the gyro's bias whenever the robot
 is allocated unless the temperature has moved by a degree or a rest of ten seconds has been seen.
 """
 
-from mpu6050.calibration import Calibration
-from mpu6050.thermal import BiasLearner
+from calibration import Calibration
+from calibration.thermal import BiasLearner
 
 from firmware import store
 

@@ -8,7 +8,6 @@ import errno
 
 import micropython
 from micropython import const
-from mpu6050 import profiles
 
 from firmware.faults import policy as h
 from firmware.tick import judge as guard
@@ -204,9 +203,9 @@ class Sensing:
 
     def _same_part(self):
         """True unless another part sits there; one that is known is taken on."""
-        if profiles.same_part(self._imu):
+        if self._imu.same_part():
             return True
-        if profiles.adopt(self._imu):
+        if self._imu.adopt():
             self.another = True
             self._health.count(h.ANOTHER)
             self._act(h.REPAIR)

@@ -167,7 +167,7 @@ def outcome(files, kind):
             except ValueError:
                 blamed.append(name)
         return values, blamed
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     fields = {name: text if name == "date" else value_of(text) for name, text in texts.items()}
     try:

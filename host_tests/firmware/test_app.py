@@ -166,7 +166,7 @@ def test_the_gyro_bias_is_measured_at_rest(rig, platform):
 
 def test_a_moved_sensor_is_no_rest_and_the_stored_bias_is_used(rig, capsys):
     r = rig("rp2", Sinusoid(20.0, 0.5), {"rest_s": 0.5}, start=False)
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     from firmware import calibration as keeping
 

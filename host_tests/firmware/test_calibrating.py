@@ -77,7 +77,7 @@ def test_the_mounting_is_found_on_a_slope(steps):
 
 def stored(**fields):
     """A calibration on the flash, as an earlier day left it."""
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     from firmware import calibration as keeping
 
@@ -117,7 +117,7 @@ def test_of_another_parts_calibration_only_the_mounting_is_used(steps):
 
 
 def test_what_was_learned_does_not_replace_another_parts_calibration(steps):
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     from firmware import calibration as keeping
 

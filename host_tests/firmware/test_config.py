@@ -85,7 +85,7 @@ def test_a_value_out_of_range_in_a_valid_file_keeps_the_default_and_the_others(p
 
 
 def test_a_calibration_is_stored_and_checked(port, tmp_path):
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     from firmware import calibration as keeping
 
@@ -114,7 +114,7 @@ def test_the_filters_knobs_begin_at_the_filters_own_defaults(port):
 
     import attitude
     from attitude import fixed
-    from attitude.fixed import attitude_setup
+    from attitude.fixed.attitude import coefficients
     from attitude.gyro_bias import GyroBias
 
     from firmware.config import Config
@@ -122,7 +122,7 @@ def test_the_filters_knobs_begin_at_the_filters_own_defaults(port):
 
     config = Config()
     kinds = {
-        "attitude": (attitude_setup.set_up,),
+        "attitude": (coefficients.set_up,),
         "kalman2": (fixed.KalmanTilt2,),
         "float.attitude": (attitude.Attitude, GyroBias),
         "float.kalman": (attitude.KalmanTilt,),
@@ -135,4 +135,8 @@ def test_the_filters_knobs_begin_at_the_filters_own_defaults(port):
             )
         for knob, own in SETTINGS[name].items():
             assert getattr(config, knob) == defaults[own], (name, knob)
-    assert lag_s(config) == pytest.approx(0.0053)  # 4.8 ms at 44 Hz and half a sample of 1 kHz
+
+    class Imu:
+        delay_s = 0.0048
+
+    assert lag_s(config, Imu) == pytest.approx(0.0053)  # and half a sample of 1 kHz

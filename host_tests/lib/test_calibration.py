@@ -48,7 +48,7 @@ SPHERE = Rotation.random(200, random_state=7).apply((0, 0, 1))
 @pytest.mark.parametrize("order", [tuple(FACES), ("-z", "+y", "-x", "+z", "+x", "-y")])
 def test_six_faces_at_the_worst_tolerance(order):
     with rig("esp32", _worst_chip()) as r:
-        from mpu6050.calibrate import Poses
+        from calibration.poses import Poses
 
         imu = r.sensor(accel_g=2)
         poses = Poses(imu)
@@ -64,9 +64,8 @@ def test_six_faces_at_the_worst_tolerance(order):
 
 def test_a_mounting_survives_a_new_calibration():
     with rig("esp32", _worst_chip()) as r:
-        from mpu6050 import mounting
-        from mpu6050.calibrate import Poses
-        from mpu6050.calibration import Calibration
+        from calibration import Calibration, mounting
+        from calibration.poses import Poses
 
         poses = Poses(r.sensor(accel_g=2))
         for direction in FACES.values():
@@ -80,7 +79,7 @@ def test_a_mounting_survives_a_new_calibration():
 
 def test_missing_faces_are_named():
     with rig("esp32", _worst_chip()) as r:
-        from mpu6050.calibrate import Poses
+        from calibration.poses import Poses
 
         poses = Poses(r.sensor())
         for name in ("+x", "-x", "+y", "+z", "+z"):
@@ -96,7 +95,7 @@ def test_missing_faces_are_named():
 def test_any_poses_by_hand():
     """Fourteen poses, none of them exact: what is left is a rotation, which mounting finds."""
     with rig("esp32", _worst_chip()) as r:
-        from mpu6050.calibrate import Poses
+        from calibration.poses import Poses
 
         imu = r.sensor(accel_g=2)
         poses = Poses(imu)
@@ -122,14 +121,14 @@ def test_any_poses_by_hand():
     ],
 )
 def test_poses_that_cannot_do(poses, why):
-    from mpu6050 import solve
+    from calibration import solve
 
     with pytest.raises(ValueError, match=why):
         solve.from_rest(poses)
 
 
 def test_faces_in_a_plane_cannot_do():
-    from mpu6050 import solve
+    from calibration import solve
 
     flat = [FACES[n] for n in ("+x", "-x", "+y", "-y")]
     with pytest.raises(ValueError, match="too alike"):
@@ -138,7 +137,7 @@ def test_faces_in_a_plane_cannot_do():
 
 def test_single_precision_is_enough():
     """The solvers again with every operation in float32, as on the board."""
-    from mpu6050 import solve
+    from calibration import solve
 
     rng = np.random.default_rng(2)
     readings = [np.array(WORST_MATRIX) @ d + WORST_BIAS for d in SPHERE[:20]]
@@ -158,7 +157,8 @@ def test_tilt_over_temperature_after_two_calibrations():
     drift = (0.035 / 70, -0.035 / 70, 0.060 / 70)
     gyro_drift = (0.16, -0.16, 0.1)  # 20 deg/s over 125 degC
     with rig("esp32", _worst_chip(accel_bias_g_per_c=drift, gyro_bias_dps_per_c=gyro_drift)) as r:
-        from mpu6050.calibrate import Poses, gyro_bias, with_slopes
+        from calibration.poses import Poses, with_slopes
+        from calibration.rest import gyro_bias
 
         imu = r.sensor(accel_g=2)
         cals = []
@@ -189,9 +189,9 @@ def test_tilt_over_temperature_after_two_calibrations():
 def test_a_mounted_calibration_speaks_of_the_robot():
     """Sensor on its side on a worst chip; roll and pitch are then the robot's."""
     with rig("esp32", _worst_chip()) as r:
-        from mpu6050 import mounting
-        from mpu6050.calibrate import Poses, rest
-        from mpu6050.calibration import Calibration
+        from calibration import Calibration, mounting
+        from calibration.poses import Poses
+        from calibration.rest import rest
 
         imu = r.sensor(accel_g=2)
         poses = Poses(imu)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 
 def test_a_calibration_survives_json():
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     cal = Calibration(
         gyro_bias_dps=(1.5, -2.25, 0.5), accel_bias_g=(0.08, -0.05, 0.01), temp_c=31.5,
@@ -46,14 +46,14 @@ BAD = [
 
 @pytest.mark.parametrize("fields, why", BAD)
 def test_bad_fields_are_named(fields, why):
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     with pytest.raises(ValueError, match=why):
         Calibration.from_dict(fields)
 
 
 def test_but_knows_its_fields():
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     with pytest.raises(ValueError, match="has no gyro_bias"):
         Calibration().but(gyro_bias=(0, 0, 0))
@@ -73,7 +73,7 @@ _NAMES += ["gyro_slope_dps_per_c", "accel_slope_g_per_c"]
 @given(st.dictionaries(st.sampled_from(_NAMES), _JSON) | _JSON)
 def test_whatever_a_file_holds(fields):
     """A usable calibration or a ValueError with text; nothing else, whatever comes."""
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     try:
         cal = Calibration.from_dict(fields)

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Who answers, and what the driver says when it is nobody or somebody else."""
 
+import cmath
+import math
+
 import pytest
 
 from host_tests.lib.sensor_rig import BUSES, Feel, rig
@@ -26,6 +29,38 @@ def test_relatives_are_known_and_filtered_too(who_am_i, name, lsb, zero):
         assert imu.counts[3] == pytest.approx((40.0 - zero) * lsb, abs=1)
         assert imu.temp_c() == pytest.approx(40.0, abs=1 / lsb)
         assert imu.accel_g() == pytest.approx((0, 0, 1), abs=1e-3)
+
+
+# dlpf_hz, and the gyro's delay in ms: RM-MPU-6000A p. 13, RM-MPU-6500A p. 13; the ICM-20689's
+# data sheet gives bandwidths only, 41 and 20 Hz, of a filter next to first order: 1 / (2 pi f)
+DELAYS = [
+    (0x68, 44, 4.8), (0x68, 21, 8.3), (0x68, 94, 2.8), (0x70, 44, 5.9), (0x70, 21, 9.9),
+    (0x71, 94, 3.9), (0x98, 44, 3.88), (0x98, 21, 7.96),
+]  # fmt: skip
+
+
+class Swing(Feel):
+    """A rate about z that swings at 5 Hz, where all of these filters pass it."""
+
+    def at(self, t_s):
+        return (0.0, 0.0, 1.0, 0.0, 0.0, 300.0 * math.sin(10 * math.pi * t_s), 25.0)
+
+
+@pytest.mark.parametrize("who_am_i, dlpf_hz, delay_ms", DELAYS)
+def test_the_delay_is_that_of_the_parts_own_low_pass(who_am_i, dlpf_hz, delay_ms):
+    with rig(profile=who_am_i, motion=Swing()) as r:
+        imu = r.sensor(dlpf_hz=dlpf_hz)
+        assert imu.delay_s * 1000 == pytest.approx(delay_ms, abs=0.01)
+        r.wait_ms(400)
+        seen = 0
+        for _ in range(100):  # each phase of the swing and of the sample clock
+            r.port.run_ms(24.13)
+            now_s = r.port.now_ns / 1e9
+            imu.read()
+            seen += imu.gyro_dps()[2] * cmath.exp(-10j * math.pi * now_s)
+        # sin: a quarter turn behind; and a sample is up to 1 ms old when it is read
+        age_ms = (-cmath.phase(seen) - math.pi / 2) / (10 * math.pi) * 1000
+        assert age_ms == pytest.approx(delay_ms + 0.5, abs=0.7)
 
 
 def test_the_genuine_part_has_no_second_filter_register():

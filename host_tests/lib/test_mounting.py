@@ -17,7 +17,7 @@ TURNS = Rotation.random(20, random_state=11).as_matrix()
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("tilt", (12.0, 45.0, 75.0))
 def test_mounting_from_level_and_nose_up(turn, tilt):
-    from mpu6050 import mounting
+    from calibration import mounting
 
     level = turn.T @ (0, 0, 1)
     nose_up = turn.T @ (math.sin(math.radians(tilt)), 0, math.cos(math.radians(tilt)))
@@ -27,7 +27,7 @@ def test_mounting_from_level_and_nose_up(turn, tilt):
 
 @pytest.mark.parametrize("tilt", (0.0, 5.0, 85.0, 170.0))
 def test_a_tilt_that_tells_nothing_is_refused(tilt):
-    from mpu6050 import mounting
+    from calibration import mounting
 
     with pytest.raises(ValueError, match="between 10 and 80"):
         mounting.from_tilt(
@@ -36,7 +36,7 @@ def test_a_tilt_that_tells_nothing_is_refused(tilt):
 
 
 def test_all_24_orientations():
-    from mpu6050 import mounting
+    from calibration import mounting
 
     seen = set()
     for forward, x in FACES.items():
@@ -60,7 +60,7 @@ def test_all_24_orientations():
 
 
 def test_a_small_rotation_from_one_level_reading():
-    from mpu6050 import mounting
+    from calibration import mounting
 
     rough = mounting.orientation("-y", "+x")
     true = Rotation.from_euler("xy", (4.0, -6.0), degrees=True).as_matrix()
@@ -76,7 +76,7 @@ def test_a_small_rotation_from_one_level_reading():
 @pytest.mark.parametrize("headings", (2, 3, 4))
 def test_a_robot_that_cannot_be_set_level(headings):
     """On a slope of 8 degrees, turned in equal steps: the slope cancels."""
-    from mpu6050 import mounting
+    from calibration import mounting
 
     turn = TURNS[3]
     slope = Rotation.from_euler("yx", (8.0, -3.0), degrees=True).as_matrix()

@@ -9,7 +9,7 @@ import pytest
 LIB = Path(__file__).resolve().parents[2] / "lib"
 
 
-@pytest.mark.parametrize("package", ("mpu6050", "attitude", "control"))
+@pytest.mark.parametrize("package", ("mpu6050", "minimu9", "calibration", "attitude", "control"))
 def test_package_json_lists_every_file(package):
     """What `mpremote mip install` would fetch is what there is (`python -m tools.packages`)."""
     listed = json.loads((LIB / package / "package.json").read_text())["urls"]

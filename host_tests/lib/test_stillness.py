@@ -14,7 +14,7 @@ from tools.virtual.motion import Vibration
 @pytest.mark.parametrize("kind", BUSES)
 def test_gyro_bias_at_rest(kind):
     with rig(kind, MPU6050Chip(seed=3, gyro_bias_dps=(20, -18, 15))) as r:
-        from mpu6050.calibrate import gyro_bias
+        from calibration.rest import gyro_bias
 
         imu = r.sensor(dlpf_hz=44)
         cal = gyro_bias(imu, seconds=0.5)
@@ -50,7 +50,7 @@ class _Turn:
 )  # fmt: skip
 def test_a_moving_sensor_is_refused_and_told_why(motion, why):
     with rig(motion=motion, noise=True) as r:
-        from mpu6050.calibrate import NotStill, gyro_bias
+        from calibration.rest import NotStill, gyro_bias
 
         imu = r.sensor(dlpf_hz=260)
         with pytest.raises(NotStill, match=why):
@@ -59,7 +59,7 @@ def test_a_moving_sensor_is_refused_and_told_why(motion, why):
 
 def test_a_dead_sensor_is_not_still():
     with rig() as r:
-        from mpu6050.calibrate import NotStill, rest
+        from calibration.rest import NotStill, rest
 
         imu = r.sensor()
         r.fault("filled", value=0xFF)
@@ -70,7 +70,7 @@ def test_a_dead_sensor_is_not_still():
 @pytest.mark.parametrize("dlpf_hz", (260, 44, 5))
 def test_the_sensors_own_noise_is_not_movement(dlpf_hz):
     with rig("esp32", MPU6050Chip(seed=5)) as r:
-        from mpu6050.calibrate import rest
+        from calibration.rest import rest
 
         imu = r.sensor(dlpf_hz=dlpf_hz)
         r.wait_ms(500)
@@ -79,8 +79,8 @@ def test_the_sensors_own_noise_is_not_movement(dlpf_hz):
 
 
 def test_gyro_bias_over_temperature_is_learned_at_rests():
-    from mpu6050.calibration import Calibration
-    from mpu6050.thermal import BiasLearner
+    from calibration import Calibration
+    from calibration.thermal import BiasLearner
 
     rng = np.random.default_rng(4)
     start = Calibration(gyro_bias_dps=(9, 9, 9), gyro_slope_dps_per_c=(0.5, 0, 0))

@@ -73,7 +73,7 @@ def test_faces_and_mounting_end_in_true_readings(board):
     assert any("again: moved: gyro x turns at" in text for text in said)
     assert any("residual" in text and "mg" in text for text in said)
 
-    from mpu6050.calibrate import rest
+    from calibration.rest import rest
 
     from firmware.calibration import load_calibration
 

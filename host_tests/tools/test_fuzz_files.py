@@ -71,7 +71,7 @@ def load(kind):
 
 def save(kind, seed):
     """Save some values; what a load must give now."""
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     from firmware import calibration as keeping
     from firmware.config import KNOBS, Config

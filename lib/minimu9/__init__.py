@@ -17,6 +17,7 @@ from mpu6050.registers import Registers
 
 _WHO_AM_I = const(0x0F)  # gyro only: the accelerometer has no documented one
 _CTRL_REG1 = const(0x20)  # gyro DR [7:6] BW [5:4] PD [3] axes [2:0]; accel ODR [7:4] axes [2:0]
+_CTRL_REG3 = const(0x22)  # gyro I2_DRDY [3]: data ready on the pin DRDY
 _CTRL_REG4 = const(0x23)  # BDU [7], FS [5:4]; accel HR [3]
 _CTRL_REG5 = const(0x24)  # BOOT [7]: registers and trim as after power-on
 _GYRO_OUT = const(0xA6)  # OUT_TEMP, STATUS, OUT_X_L...: 0x26 with the auto-increment bit
@@ -69,6 +70,7 @@ class MinIMU9:
 
     split = False
     profile = _Profile
+    delay_s = 0.0016  # of the gyro: a first-order low-pass of 100 Hz; the data sheet gives none
 
     def __init__(self, i2c, address=0x6B, accel_address=0x19, gyro_dps=500, accel_g=8):
         gyro_code, mdps = _row(_GYRO, gyro_dps, "gyro_dps")
@@ -122,6 +124,30 @@ class MinIMU9:
     def finish(self):
         """No burst is ever under way."""
 
+    def plausible(self):
+        """False when the last sample is a fill pattern: a dead line, a broken transfer.
+
+        The gyro with its temperature and status all one byte, or the accelerometer all 0xFF or
+        0xFE, which its 12 bits cannot send.
+        """
+        gyro, accel = self._gyro_raw, self._accel_raw
+        filled = accel[0] >= 0xFE and accel == accel[:1] * 6
+        return not (filled or gyro == gyro[:1] * 8)
+
+    def same_part(self):
+        """Whether the gyro is still the one that was identified. OSError."""
+        seen = bytearray(1)
+        self._gyro.load(_WHO_AM_I, seen)
+        return seen[0] == self.who_am_i
+
+    def adopt(self):
+        """False: there is no other part that fits in its place."""
+        return False
+
+    def data_ready(self, enable=True):
+        """Signal each fresh gyro sample on DRDY, high until it is read."""
+        self._gyro.set_bits(_CTRL_REG3, 0x08 if enable else 0, 0x08)
+
     def accel_g(self):
         """(x, y, z) specific force in g of the last sample."""
         c, lsb = self.counts, self.accel_lsb_per_g
@@ -170,6 +196,10 @@ class MinIMU9:
         chip = self._turn
         self._turn = self._accel if chip is self._gyro else self._gyro
         return chip.check()
+
+    def recheck(self):
+        """Compare the row of the last check() once more: one bit of the answer may be wrong."""
+        return (self._accel if self._turn is self._gyro else self._gyro).recheck()
 
     def repair(self):
         """Write and verify the next row; True after the last one of both chips. OSError."""

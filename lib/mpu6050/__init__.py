@@ -14,7 +14,7 @@ import micropython
 from micropython import const
 
 from mpu6050 import ranges
-from mpu6050.profiles import filter_row, identify
+from mpu6050.profiles import filter_row, identify, take_on
 from mpu6050.registers import Registers
 
 # [bits] that the driver uses; names as in RM section 3
@@ -30,6 +30,7 @@ _SIGNAL_PATH_RESET = const(0x68)  # GYRO ACCEL TEMP [2:0]
 _USER_CTRL = const(0x6A)  # FIFO_EN [6], I2C_MST_EN [5], resets [2:0] clear themselves
 _PWR_MGMT_1 = const(0x6B)  # DEVICE_RESET [7], SLEEP [6], CYCLE [5], TEMP_DIS [3], CLKSEL [2:0]
 _PWR_MGMT_2 = const(0x6C)  # LP_WAKE_CTRL [7:6], standby of each axis [5:0]
+_WHO_AM_I = const(0x75)
 
 _PLL_GYRO_X = const(0x01)  # CLKSEL: RM p. 41 recommends a gyro's clock over the internal one
 _IDLE = array("i", (0,))  # stands for a Split's words where there is none
@@ -110,6 +111,11 @@ class MPU6050(Registers):
         """Whether start() runs the burst in the background, so that collecting it costs less."""
         return self._split is not None
 
+    @property
+    def delay_s(self):
+        """How old the gyro's low-pass makes a sample, seconds."""
+        return ranges.delay_s(self.dlpf_hz, self.profile.family)
+
     def read(self):
         """Fetch one sample into `counts`: one 14-byte burst, one instant. OSError on failure."""
         if self._busy[0]:
@@ -140,6 +146,18 @@ class MPU6050(Registers):
         if not (gx == c[5] == c[6] == c[3]):
             return True
         return not (gx == -1 or gx == -258 or gx == c[0] == c[1] == c[2])
+
+    def same_part(self):
+        """Whether the part that answers now is still the one that was identified. OSError."""
+        self.load(_WHO_AM_I, self._byte)
+        return self._byte[0] == self.who_am_i
+
+    def adopt(self):
+        """Take on the other part that same_part() has seen; False when it is unknown.
+
+        What it needs is in the table then, to be applied by configure() or repair().
+        """
+        return take_on(self, self._byte[0])
 
     def accel_g(self):
         """(x, y, z) specific force in g of the last sample."""

@@ -9,7 +9,7 @@ import json
 import os
 import time
 
-from mpu6050.calibration import Calibration
+from calibration import Calibration
 
 from firmware.calibration import load_calibration, save_calibration
 from firmware.config import KNOBS, Config

@@ -19,7 +19,7 @@ def _calibration(n):
 
     So much does littlefs keep within a directory here; more gets a block of its own.
     """
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     if not n:
         return Calibration()

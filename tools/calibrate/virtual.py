@@ -80,7 +80,7 @@ def _measure(seed, part, chip, bus, port):
 
 def _tilt(app, rig, cal, temp_c, seed):
     """Largest angle between true and measured up over twelve poses at a temperature."""
-    from mpu6050.calibrate import rest
+    from calibration.rest import rest
 
     generator = random.Random(seed + 100)
     worst = 0.0

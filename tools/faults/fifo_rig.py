@@ -16,8 +16,8 @@ class FifoRig(Rig):
 
     def _begin(self):
         from attitude.fixed import Attitude
+        from calibration import Calibration
         from mpu6050 import MPU6050
-        from mpu6050.calibration import Calibration
         from mpu6050.fifo import Fifo
 
         from firmware.board import find

@@ -18,7 +18,7 @@ _TRIM = const(38)
 def turn(array, w: int, x: int, y: int, z: int):
     """q <- (w, x, y, z) q, a rotation of the earth frame of any length below 2^30.
 
-    array is the filter's, see attitude_step. The turn's angle has an error of 1e-4 of itself.
+    array is the filter's, see step. The turn's angle has an error of 1e-4 of itself.
     All zero is half a turn about x.
     """
     s = ptr32(array)

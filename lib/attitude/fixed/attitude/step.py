@@ -11,7 +11,7 @@ rests on, all the same for any range, rate (folding.check_rate) and calibration 
     level acceleration e       55 g * 2^24 = 2^29.8; velocity clamped to 64 g, position to 15.5 g,
                                so e - 2 p and v - 2 p are below 2^30.7
     correction of a sample     clamped to 0.05 rad of half angle
-    lag_s * rate               1.2 rad Q15 (attitude_setup cuts lag_s)
+    lag_s * rate               1.2 rad Q15 (coefficients cuts lag_s)
 
 The tests run it under the checked viper with inputs made to break these.
 """
@@ -19,8 +19,8 @@ The tests run it under the checked viper with inputs made to break these.
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude_slow import slow
-from attitude.fixed.attitude_view import view
+from attitude.fixed.attitude.bias_view import view
+from attitude.fixed.attitude.slow import slow
 
 _GYRO_SHIFT = const(24)  # 0-11 accelerometer Q14, 12-23 gyro to inc: see folding
 _E_SHIFT = const(25)  # counts * 2^13 -> g * 2^24

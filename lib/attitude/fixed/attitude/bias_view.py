@@ -3,7 +3,7 @@
 
 A bias is fixed to the sensor, the level loop to the earth and slow, so the attitude matrix goes
 through the loop's own third-order filter; the loop's position projected on it is the bias.
-Formats: attitude_slow, attitude_step.
+Formats: slow, step.
 """
 
 import micropython

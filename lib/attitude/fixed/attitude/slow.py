@@ -2,7 +2,7 @@
 """What the integer Attitude does once per block of samples, about 50 times a second.
 
 Rest, gyro bias at rest, gain, and whether the attitude is lost: the slow part of
-attitude.Attitude and attitude.GyroBias in integers. "inc" and Qn: see attitude_step. A block's
+attitude.Attitude and attitude.GyroBias in integers. "inc" and Qn: see step. A block's
 sums are not divided: "sum" is inc times samples, so that the bias keeps a resolution of
 1e-5 deg/s. Spans of time are counts of blocks.
 """
@@ -10,10 +10,10 @@ sums are not divided: "sum" is inc times samples, so that the bias keeps a resol
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude_level import level, without_yaw
+from attitude.fixed.attitude.level import level, without_yaw
 
 _ONE = const(29)
-_K = const(30)  # gain * dt = K / 2^(15 + SHIFT), see attitude_step
+_K = const(30)  # gain * dt = K / 2^(15 + SHIFT), see step
 _K_SHIFT = const(31)
 _K_HALF = const(32)
 _COUNT = const(33)  # samples in this block: the first one has one, and levels
@@ -42,9 +42,9 @@ _MOVED = const(83)
 
 _SPEED = const(84)  # sum of the axes' |rate| over some seconds, sum
 
-_KNOWN = const(85)  # how long the bias has been watched; 87-104: attitude_view
+_KNOWN = const(85)  # how long the bias has been watched; 87-104: bias_view
 _GAIN = const(86)  # gain * dt, Q24
-_VIEW = const(87)
+_TILT = const(87)
 _VIEW_END = const(105)
 
 _N = const(105)  # samples in a block
@@ -272,7 +272,7 @@ def slow(array):
         j = s[_PY]
         s[_PX] = (i >> 15) * k + ((i & 0x7FFF) * k >> 15)
         s[_PY] = (j >> 15) * k + ((j & 0x7FFF) * k >> 15)
-        i = _VIEW
+        i = _TILT
         while i < _VIEW_END:
             s[i] = 0
             i += 1

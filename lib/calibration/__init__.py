@@ -3,7 +3,7 @@
 
 true = matrix (reading - bias), matrices 3 x 3 as row-major tuples of 9. The mounting rotation is
 multiplied into both, so readings come out in the robot's frame: x forward, y left, z up.
-The procedures that find the numbers are in calibrate.py and mounting.py.
+The procedures that find the numbers are in rest.py, poses.py and mounting.py.
 """
 
 from math import isfinite

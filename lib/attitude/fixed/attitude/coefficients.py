@@ -5,11 +5,11 @@ from micropython import const
 
 from attitude.fixed.folding import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
 
-_INC_PER_DPS = 4685077.9  # 2^30 / 4 in radians: times dt it is "inc", see attitude_step
+_INC_PER_DPS = 4685077.9  # 2^30 / 4 in radians: times dt it is "inc", see step
 _FULL_SCALE = 32768 * 1.9  # of three axes and a calibration together
 _SPREAD = 0.7  # rad: longest lag_s * rate that the lag correction's formats hold
 
-# places and formats: attitude_step and attitude_slow
+# places and formats: step and slow
 _E_SHIFT = const(25)
 _LAG_PRE = const(26)
 _LAG = const(27)
@@ -19,7 +19,7 @@ _K_SHIFT = const(31)
 _COUNT = const(33)
 _W = const(34)
 _LEFT = const(52)
-_N = const(105)  # the first of attitude_slow's coefficients, which follow in its order
+_N = const(105)  # the first of slow's coefficients, which follow in its order
 
 
 def set_up(
