@@ -12,6 +12,12 @@ MODULES = 'freeze("$(PORT_DIR)/modules")'  # the line in each port's manifest
 PORTS_OWN = 'include("$(PORT_DIR)/boards/manifest.py")'
 RUN_START = "\nimport plumb_image\n\ndel plumb_image\n"
 
+MAIN_OF_IMAGE = next(  # the main.py that an image writes to a flash that has none
+    ast.literal_eval(node.value)
+    for node in ast.parse(START.read_text()).body
+    if isinstance(node, ast.Assign) and node.targets[0].id == "_MAIN"
+)
+
 
 def packages(roots):
     """Names of the packages of lib/ that these files import, and those that these import."""
