@@ -39,6 +39,7 @@ KNOBS = (
     ("self_test", 0, "", (0, 1), 0, 0, "1: the chip tests itself at start, at rest; 1.3 s"),
     ("telemetry_hz", 50, "Hz", None, 0, 100, "lines per second; 0 silences"),
     ("failsafe_ms", 100, "ms", None, 10, 10000, "age at which outputs go to their safe value"),
+    ("output_failures", 3, "", None, 1, 1000, "exceptions of an output in a row until it is safe"),
     ("watchdog_ms", 0, "ms", (0, 2000, 4000, 8000), 0, 0, "resets a board without good samples"),
 )
 
@@ -58,6 +59,14 @@ class Config:
     def set(self, name, value):
         """Set a knob. ValueError naming what is allowed, with its unit."""
         self._values[name] = checked(name, value)
+
+    def values(self):
+        """All values by name, for take()."""
+        return self._values.copy()
+
+    def take(self, values):
+        """All values as they were."""
+        self._values.update(values)
 
     def reset(self):
         """All knobs back to their defaults; not saved."""

@@ -15,7 +15,7 @@ def report(app):
 
     |a| is 1 g and the noise that of the sensor only while the robot is at rest.
     """
-    timing = app.loop.stats()
+    timing = app.stats()
     imu = app.imu
     sums, squares = [0] * 7, [0] * 7
     for _ in range(_SAMPLES):
@@ -29,7 +29,7 @@ def report(app):
         sqrt(max(0, _SAMPLES * squares[i] - sums[i] * sums[i])) / _SAMPLES for i in range(4, 7)
     ]
     force = app.calibration.apply([m / imu.accel_lsb_per_g for m in mean[:3]], (0, 0, 0))[0]
-    faults = app.health.stats()
+    faults = app.faults()
     return {
         "rate_hz": 1e6 / timing["period_mean_us"] if timing["period_mean_us"] else 0.0,
         "jitter_p99_us": timing["jitter_p99_us"],
