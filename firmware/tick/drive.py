@@ -61,6 +61,8 @@ class Drive:
                     except BaseException as error:
                         good = 0
                         self.failed(i, error.__class__)
+                elif in_row[i] or words[_SOFT] >= words[_PATIENCE]:
+                    good = 0
                 i += 1
             if good and feed:
                 feed()
