@@ -10,6 +10,7 @@ import sys
 
 from micropython import const
 
+from firmware import wiring
 from firmware.faults import policy
 
 # places: firmware.tick.words, firmware.tick.timing
@@ -75,7 +76,8 @@ class Foreground:
             app.outputs.mend()
         if not app.mend.well:
             app.mend.run()
-        app.outputs.run(missed)
+        if app.outputs.active:
+            app.outputs.run(missed)
         if app.telemetry.on:
             app.telemetry.tick(app.tick.est, app.stale, missed + 1)
         app.loop.wake()
@@ -106,4 +108,4 @@ class Foreground:
         if off and not self._clock_off:
             self._words[_COUNT + policy.CLOCK] += 1
         self._clock_off = off
-        app.follow(mean)
+        wiring.follow(app, mean)

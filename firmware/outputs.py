@@ -49,6 +49,11 @@ class Outputs:
         return self._words[_FAILED]
 
     @property
+    def active(self):
+        """Whether there are any."""
+        return bool(self._rows)
+
+    @property
     def soft(self):
         """Whether there are functions to be called after the tick."""
         for row in self._rows:

@@ -9,7 +9,7 @@ _START_BEFORE_WRAP_S = 2.0  # tools.virtual.port.ticks
 
 def lose_callbacks(rig, for_s):
     """The queue of soft callbacks is full all the time; a hard tick loses its interrupts."""
-    if rig.app.stats_tick == "hard":
+    if rig.app.tick_kind == "hard":
         rig.port.clock.masked(round(for_s * 1e9))
         return
     scheduler = rig.port.clock.scheduler
