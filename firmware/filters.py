@@ -40,32 +40,28 @@ def make(config, calibration, imu):
     settings = {own: getattr(config, knob) for knob, own in SETTINGS[name].items()}
     if name.endswith("attitude"):
         settings["lag_s"] = lag_s(config, imu)
-    if name in ("attitude", "kalman2"):
-        from attitude import fixed
+    ranges = {"gyro_dps": imu.gyro_range_dps, "accel_g": imu.accel_range_g}
+    if name == "attitude":
+        from attitude.fixed import Attitude
 
-        kind = fixed.Attitude if name == "attitude" else fixed.KalmanTilt2
-        made = kind(
-            rate_hz=config.rate_hz,
-            gyro_dps=imu.gyro_range_dps,
-            accel_g=imu.accel_range_g,
-            **settings,
-        )
-        made.calibrate(calibration)
-        return made
+        made = Attitude(config.rate_hz, **ranges, **settings)
+    elif name == "kalman2":
+        from attitude.fixed import KalmanTilt2
+
+        made = KalmanTilt2(config.rate_hz, **ranges, **settings)
+    else:
+        made = _float(name, config.rate_hz, ranges, settings)
+    made.calibrate(calibration)
+    return made
+
+
+def _float(name, rate_hz, ranges, settings):
     from attitude.from_counts import FloatAttitude, FloatTilt
 
     if name == "float.attitude":
-        from attitude import Attitude
-
-        core = Attitude(
-            config.rate_hz,
-            gyro_range_dps=imu.gyro_range_dps,
-            accel_range_g=imu.accel_range_g,
-            **settings,
-        )
-        return FloatAttitude((core,), calibration, imu)
+        return FloatAttitude(rate_hz, **ranges, **settings)
     if name == "float.kalman":
         from attitude import KalmanTilt as kind
     else:
         from attitude import Complementary as kind
-    return FloatTilt((kind(**settings), kind(**settings)), calibration, imu)
+    return FloatTilt(kind, rate_hz, **ranges, **settings)
