@@ -2,7 +2,7 @@
 """The estimators by the names of the knob `filter`: counts in, millidegrees out.
 
 All have the interface that firmware.tick works with: step(counts) at a fixed period (integers) or
-update(counts, dt_us) with the measured time (float, `timed`), `out`, swap(), keep(), bridge(),
+update(counts, dt_us) with the measured time (float, `timed`), `out`, swap(), keep(), turn(),
 relevel(), zero_yaw(); and for the foreground prepare() and go_on_from().
 """
 
@@ -54,32 +54,29 @@ def make(config, calibration, imu, rate_hz):
     rate_hz times a second."""
     name = config.filter
     values = settings(config, imu)
-    if name in ("attitude", "kalman2"):
-        from attitude import fixed
+    values["gyro_dps"] = imu.gyro_range_dps
+    values["accel_g"] = imu.accel_range_g
+    if name == "attitude":
+        from attitude.fixed import Attitude
 
-        kind = fixed.Attitude if name == "attitude" else fixed.KalmanTilt2
-        made = kind(
-            rate_hz=rate_hz,
-            gyro_dps=imu.gyro_range_dps,
-            accel_g=imu.accel_range_g,
-            **values,
-        )
-        made.calibrate(calibration)
-        return made
+        made = Attitude(rate_hz, **values)
+    elif name == "kalman2":
+        from attitude.fixed import KalmanTilt2
+
+        made = KalmanTilt2(rate_hz, **values)
+    else:
+        made = _float(name, rate_hz, values)
+    made.calibrate(calibration)
+    return made
+
+
+def _float(name, rate_hz, values):
     from attitude.from_counts import FloatAttitude, FloatTilt
 
     if name == "float.attitude":
-        from attitude import Attitude
-
-        core = Attitude(
-            rate_hz,
-            gyro_range_dps=imu.gyro_range_dps,
-            accel_range_g=imu.accel_range_g,
-            **values,
-        )
-        return FloatAttitude((core,), calibration, imu)
+        return FloatAttitude(rate_hz, **values)
     if name == "float.kalman":
         from attitude import KalmanTilt as kind
     else:
         from attitude import Complementary as kind
-    return FloatTilt((kind(**values), kind(**values)), calibration, imu)
+    return FloatTilt(kind, rate_hz, **values)

@@ -8,6 +8,7 @@ gap is bridged afterwards. A new filter begins where the old one stands.
 import time
 from array import array
 
+from attitude.counts import GYRO_LSB_PER_DPS
 from micropython import const
 
 from firmware import filters, startup
@@ -108,7 +109,7 @@ def use(app, new):
     """The tick works with this filter from now on."""
     words = app.tick.words
     if app.filter is not None and words[_PAUSE]:
-        app.tick.gap.rescale(app.filter.gyro_lsb_per_dps, new.gyro_lsb_per_dps)
+        app.tick.gap.rescale(GYRO_LSB_PER_DPS[app.filter.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
     app.filter = new
     app.tick.use(new)
     words[_ODD] = 1

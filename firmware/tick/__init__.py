@@ -93,9 +93,10 @@ class Tick:
         late_us = period_us + (period_us >> 1)
         imu.expire(lead_us + (period_us >> 1) if lead_us else 1 << 29)
         self.drive = self.drive or _nothing
+        poll = imu.poll if lead_us else imu.fetch
         self._lost = self._make_lost()
-        self._odd = self._make_odd(imu, lock, period_us, timed, late_us)
-        self.step = self._make_step(imu, lock, timed, late_us)
+        self._odd = self._make_odd(imu, lock, poll, period_us, timed, late_us)
+        self.step = self._make_step(imu, lock, poll, timed, late_us)
         self.run = self._make_run()
         self.begin = self._make_begin(imu.start, lock)
 
@@ -153,7 +154,7 @@ class Tick:
         except BaseException:
             words[_ERRORS] += 1
 
-    def _make_step(self, imu, lock, timed, late_us):
+    def _make_step(self, imu, lock, poll, timed, late_us):
         @micropython.native
         def step(
             dt_us,
@@ -163,7 +164,7 @@ class Tick:
             lock=lock,
             late_us=late_us,
             timed=timed,
-            poll=imu.poll,
+            poll=poll,
             judge=judge.judge,
             counts=imu.counts,
             memory=self.memory,
@@ -240,7 +241,7 @@ class Tick:
 
         return lost
 
-    def _make_odd(self, imu, lock, period_us, timed, late_us):
+    def _make_odd(self, imu, lock, poll, period_us, timed, late_us):
         @micropython.native
         def odd(
             dt_us,
@@ -251,7 +252,7 @@ class Tick:
             late_us=late_us,
             period_us=period_us,
             timed=timed,
-            poll=imu.poll,
+            poll=poll,
             counts=imu.counts,
             memory=self.memory,
         ):

@@ -12,12 +12,12 @@ from array import array
 import micropython
 from micropython import const
 
-# places; 2 to 12 are the filter's `out`, in its order
+# places; 2 to 11 are the filter's `out`, in its order
 _SEQ = const(0)
 _T_US = const(1)  # ticks_us of the tick
-_OUT = const(2)  # roll, pitch, yaw; rates x, y, z; accelerometer x, y, z; at rest; uncertain
-_OUTS = const(11)
-_UNCERTAIN = const(12)
+_OUT = const(2)  # roll, pitch, yaw; rates x, y, z; accelerometer x, y, z; at rest
+_OUTS = const(10)
+_UNCERTAIN = const(12)  # 1 the tilt, 2 the yaw
 _TEMP = const(13)  # the sensor's raw temperature
 _AGE_US = const(14)  # since the last good sample, at the tick; 0: this tick's
 _WORDS = const(15)
@@ -38,6 +38,7 @@ def publish(est: ptr32, out: ptr32, memory: ptr16, now: int):
     while i < _OUTS:
         est[_OUT + i] = out[i]
         i += 1
+    est[_UNCERTAIN] = 0
     est[_TEMP] = (int(memory[3]) ^ 0x8000) - 0x8000
     est[_AGE_US] = 0
     est[_SEQ] += 1

@@ -68,7 +68,7 @@ class Gap:
     def predict(self, filter, age_us):
         """A tick without a sample, age_us after the last good one."""
         if age_us <= _PREDICT_US:
-            filter.bridge(self._held, self._held, age_us - self._words[_FROM_US])
+            filter.turn(self._held, self._held, age_us - self._words[_FROM_US])
 
     @micropython.native
     def close(self, filter, counts, gap_us, period_us):
@@ -78,7 +78,7 @@ class Gap:
         """
         missing_us = gap_us - self._words[_FROM_US] - period_us
         if missing_us > period_us >> 1 and gap_us <= _YAW_US:
-            filter.bridge(self._held, counts, missing_us)
+            filter.turn(self._held, counts, missing_us)
         if gap_us <= _PREDICT_US:
             return False
         filter.relevel()

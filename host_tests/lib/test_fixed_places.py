@@ -13,7 +13,7 @@ import pytest
 FOLDER = Path(__file__).resolve().parents[2] / "lib" / "attitude" / "fixed" / "attitude"
 FILES = {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
 WRITER = {"__init__": "set", "coefficients": "set", "bias_view": "view"}
-NO_PLACES = {"_SIZE", "_MOST"}
+NO_PLACES = {"_MOST"}
 ROW = re.compile(r"(\d+)(?:-(\d+))? +(-|[A-Z_0-9]+) +(\S.*?) {2,}([a-z]+(?:, [a-z]+)*)$")
 
 
@@ -56,7 +56,7 @@ def stores(path):
 def test_the_table_has_every_place_once():
     rows = table()
     places = [place for first, last, _, _ in rows for place in range(first, last + 1)]
-    assert places == list(range(constants(FILES["__init__"])["_SIZE"]))
+    assert places == list(range(constants(FILES["__init__"])["_STATE_END"]))
     names = [name for _, _, name, _ in rows if name != "-"]
     assert len(set(names)) == len(names)
 
@@ -64,7 +64,7 @@ def test_the_table_has_every_place_once():
 @pytest.mark.parametrize("name", FILES)
 def test_every_constant_is_that_of_the_table(name):
     starts = {"_" + row: first for first, _, row, _ in table()}
-    borders = {first for first, *_ in table()}
+    borders = {border for first, last, *_ in table() for border in (first, last + 1)}
     for const, value in constants(FILES[name]).items():
         if const.endswith(("_STATE", "_END")):
             assert value in borders, const

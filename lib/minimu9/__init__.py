@@ -108,9 +108,9 @@ class MinIMU9:
         """Fetch one sample of each chip into `counts`. OSError when the bus fails."""
         if self.lock:
             with self.lock:
-                got = self.poll()
+                got = self.fetch()
         else:
-            got = self.poll()
+            got = self.fetch()
         if got < 0:
             raise OSError(-got)
 
@@ -124,10 +124,8 @@ class MinIMU9:
         self._gyro.lock = self._accel.lock = lock
 
     @micropython.native
-    def poll(self):
-        """For a tick, which may not raise: 1 when a sample has arrived in `counts`, else -errno.
-        Takes no lock.
-        """
+    def fetch(self):
+        """read() for a tick, which may not raise: 1, or -errno. Takes no lock."""
         accel, gyro, counts = self._accel, self._gyro, self.counts
         try:
             accel.bus.readfrom_mem_into(accel.address, _ACCEL_OUT, self._accel_raw)
@@ -138,6 +136,8 @@ class MinIMU9:
         _scale(self._gyro_words, 3, counts, 4, self._gyro_factor)
         counts[3] = 0x80 - (self._gyro_raw[0] ^ 0x80)  # the chip counts down as it warms
         return 1
+
+    poll = fetch
 
     def expire(self, age_us):
         """Nothing: poll() reads what is of now."""

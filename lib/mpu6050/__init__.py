@@ -143,16 +143,20 @@ class MPU6050(Registers):
         return True
 
     @micropython.native
-    def poll(self):
-        """For a tick, which may not raise: 1 when a sample has arrived in `counts`, 0 when there
-        is none of now, else -errno. Takes no lock.
-        """
+    def fetch(self):
+        """read() for a tick, which may not raise: 1, or -errno. Takes no lock."""
         try:
             self.bus.readfrom_mem_into(self.address, _ACCEL_XOUT_H, self._burst)
         except OSError as error:
             return -(error.errno or _EIO)
         _swap(self._burst, self.counts)
         return 1
+
+    def poll(self):
+        """For a tick: 1 when the burst that start() began has arrived in `counts`, 0 when there
+        is none of now, else -errno. Takes no lock, never raises.
+        """
+        return self.fetch()
 
     def expire(self, age_us):
         """A burst that start() began longer ago than this is not of now: poll() drops it."""

@@ -31,7 +31,7 @@ def draw(results, target):
     left.set_xscale("log")
     left.set_xlabel("recovery after the fault's end, ms (0.5: at once; bar: allowed)")
     right.set_xscale("log")
-    right.set_xlabel("largest claimed error (o rp2, ^ hard, x esp32) and error 1 s after (|), degrees")
+    right.set_xlabel("claimed error (o rp2, ^ hard, x esp32) and error 1 s after (|), degrees")
     for axes in (left, right):
         axes.grid(True, axis="x", alpha=0.3)
     figure.tight_layout()

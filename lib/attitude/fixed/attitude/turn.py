@@ -3,7 +3,7 @@
 
 Without the accelerometer, from where keep() was called, so that a gap may be bridged again and
 again while it grows and once more when its end is known. Places and formats: this folder's
-__init__. Nothing is allocated; the cost grows with the angle, 60 us and 12 for each 14 degrees.
+__init__. Nothing is allocated; the cost grows with the angle, by a step for each 14 degrees.
 """
 
 import micropython
@@ -12,24 +12,25 @@ from micropython import const
 from attitude.fixed.intmath import atan2_mdeg, hypot
 
 _GYRO_SHIFT = const(24)
-_LAG_PRE = const(26)
-_LAG = const(27)
-_LAG_POST = const(28)
-_ONE = const(29)
-_W = const(34)
-_X = const(35)
-_Y = const(36)
-_Z = const(37)
-_TRIM = const(38)
-_LAST = const(39)
-_ROLL = const(60)
-_YAW = const(62)
+_LAG_PRE = const(29)
+_LAG = const(30)
+_LAG_POST = const(31)
+_ONE = const(32)
+_W = const(56)
+_X = const(57)
+_Y = const(58)
+_Z = const(59)
+_TRIM = const(60)
+_LAST = const(61)
+_BIAS = const(64)
+_ROLL = const(88)
+_YAW = const(90)
 _STEPS = const(128)  # at most: a second at 2000 deg/s, 16 degrees each
 
 
 @micropython.viper
 def keep(self):
-    """Remember the attitude: the next bridge() begins here."""
+    """Remember the attitude: the next turn() begins here."""
     s = ptr32(self._s)
     kept = ptr32(self._kept)
     kept[0] = s[_W]
@@ -39,13 +40,14 @@ def keep(self):
 
 
 @micropython.viper
-def bridge(self, before: ptr16, after: ptr16, dt_us: int):
+def turn(self, before: ptr16, after: ptr16, dt_us: int):
     """Turn on from keep() by dt_us (1 to 1000000), the rate going from that of the counts
     `before` to that of `after` in a straight line. The angles are those of then.
     """
     s = ptr32(self._s)
     kept = ptr32(self._kept)
-    period16 = int(self._period16)
+    clock = ptr32(self._clock)
+    period16 = clock[0]  # inc is for a sample at the nominal rate
     s[_W] = kept[0]
     s[_X] = kept[1]
     s[_Y] = kept[2]
@@ -55,7 +57,7 @@ def bridge(self, before: ptr16, after: ptr16, dt_us: int):
     row = 0
     while row < 3:
         at = 12 + 3 * row
-        bias = s[42 + row] >> 8
+        bias = s[_BIAS + row] >> 8
         x = (int(before[4]) ^ 0x8000) - 0x8000
         y = (int(before[5]) ^ 0x8000) - 0x8000
         z = (int(before[6]) ^ 0x8000) - 0x8000
@@ -124,9 +126,9 @@ def bridge(self, before: ptr16, after: ptr16, dt_us: int):
     t = s[_LAG]
     m = s[_LAG_PRE]
     n = s[_LAG_POST] + 1
-    x = (s[39] >> m) * t >> n
-    y = (s[40] >> m) * t >> n
-    z = (s[41] >> m) * t >> n
+    x = (s[_LAST] >> m) * t >> n
+    y = (s[_LAST + 1] >> m) * t >> n
+    z = (s[_LAST + 2] >> m) * t >> n
     u = wh - (ih * x + jh * y + kh * z >> 15)
     r = ih + (wh * x + jh * z - kh * y >> 15)
     c = jh + (wh * y + kh * x - ih * z >> 15)
