@@ -76,7 +76,7 @@ place    name        format and meaning                                         
 116      RESTED      for how long it has been at rest, at most RESTED_MAX      slow, stand
 117      LEARNED     it has rested once                                        slow, stand
 118      MOVED       it has moved since the start                       slow, level, stand
-119      SPEED       sum of the axes' |rate| over some seconds, sum                        slow
+119      SPEED       sum of the axes' |rate| over some seconds, sum            slow, level
 120      KNOWN       how long the bias has been watched                  slow, view, stand
 121      GAIN        gain * dt, Q24                                                        slow
 122-127  TILT        Q24: earth x in sensor axes, earth y in sensor axes, filtered   slow, view
@@ -91,7 +91,9 @@ from attitude.fixed.attitude.coefficients import INC_PER_DPS, set_up
 from attitude.fixed.attitude.level import begin, begin_again
 from attitude.fixed.attitude.step import step
 from attitude.fixed.base import Fixed
+from attitude.fixed.gap import bridge
 
+_STEP = const(25)
 _SEQ = const(55)
 _BIAS = const(64)
 _ROLL = const(88)
@@ -110,7 +112,6 @@ class Attitude(Fixed):
     """
 
     _unit_per_deg = INC_PER_DPS
-    _coefficients = _STATE
     _seq_at = _SEQ
     _out_at = _ROLL
     _state_at = _STATE
@@ -118,12 +119,35 @@ class Attitude(Fixed):
     _least_hz = 40  # so that a block of samples is no longer than 25 ms
 
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
-        super().__init__(rate_hz, gyro_dps, accel_g, _STATE_END, _STATE, settings)
+        super().__init__(rate_hz, gyro_dps, accel_g, _STATE_END, _STATE + 1, settings)
 
     def _set_up(self, **settings):
         set_up(self.pending, self.rate_hz, self.gyro_dps, self.accel_g, **settings)
 
     step = step
+
+    @micropython.native
+    def update(self, counts, dt_us=0):
+        """One sample, dt_us after the one before; 0: at the filter's own period, as step()."""
+        if dt_us > 0:
+            bridge(self, counts, dt_us)
+        else:
+            step(self, counts)
+
+    @micropython.viper
+    def swap(self):
+        """Take over the prepared coefficients; angle, bias and all other state stay. 10 to 25 us,
+        no allocation: fit for an interrupt.
+        """
+        n = _STATE
+        s = ptr32(self._s)
+        new = ptr32(self.pending)
+        s[_STEP] = new[_STEP]
+        if new[_STATE]:
+            new[_STATE] = 0
+            while n:
+                n -= 1
+                s[n] = new[n]
 
     @micropython.native
     def reset(self):
