@@ -12,7 +12,7 @@ from attitude.standing import go_on
 class FromCounts:
     """`out`, angles_mdeg, rates_mdps: as attitude.fixed.base's, made once.
 
-    A subclass gives _make(settings) -> the filters, _update(gyro, accel, dt_s) -> None, and what
+    A subclass gives _make(settings) -> the filters, _update(gyro, accel, dt_s), and what
     attitude.standing asks for.
     """
 
@@ -32,6 +32,12 @@ class FromCounts:
         self.cores = self._make(settings)
         self.pending = [None, self._period16, None, settings]  # rows, period, filters, settings
         self.calibrate(Ideal)
+
+    def _make(self, settings):
+        raise NotImplementedError
+
+    def _update(self, gyro, accel, dt_s):
+        raise NotImplementedError
 
     # ---- coefficients
 

@@ -85,6 +85,19 @@ class Fixed:
         self.swap()
         self.reset()
 
+    # ---- what the subclass knows
+
+    def reset(self):
+        """Forget everything."""
+        raise NotImplementedError
+
+    def swap(self):
+        """Take over the prepared coefficients."""
+        raise NotImplementedError
+
+    def _set_up(self, **settings):
+        raise NotImplementedError
+
     # ---- coefficients
 
     def prepare(self, calibration=None, period_us=None, settings=None):
