@@ -6,7 +6,7 @@ live results. They allocate, so the collector runs now and then.
 from array import array
 
 from attitude.counts import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS, Ideal, lsb, period16, row_of
-from attitude.standing import go_on
+from attitude.standing import go_on, turned, with_yaw
 
 
 class FromCounts:
@@ -30,6 +30,7 @@ class FromCounts:
         self.rates_mdps = memoryview(self.out)[3:6]
         self._settings = settings
         self.cores = self._make(settings)
+        self._kept = None
         self.pending = [None, self._period16, None, settings]  # rows, period, filters, settings
         self.calibrate(Ideal)
 
@@ -123,6 +124,30 @@ class FromCounts:
     def yaw_mdeg(self):
         """Yaw in millidegrees; 0 of filters that know roll and pitch only."""
         return self.out[2]
+
+    # ---- gaps
+
+    def keep(self):
+        """Remember the attitude: the next turn() begins here."""
+        stands = self.standing()
+        self._kept = stands and stands[0]
+
+    def turn(self, before, after, dt_us):
+        """Turn on from keep() by dt_us, without the accelerometer, with the mean of the rates of
+        the counts `before` and `after`."""
+        if self._kept:
+            mean = [(before[i] + after[i]) / 2 for i in (4, 5, 6)]
+            rates = [
+                (a * mean[0] + b * mean[1] + c * mean[2] + d) / self._gyro_lsb - bias
+                for (a, b, c, d), bias in zip(self._rows[:3], self.bias_dps)
+            ]
+            self.place(turned(self._kept, rates, dt_us * 1e-6))
+
+    def zero_yaw(self):
+        """The direction it looks in now is yaw 0."""
+        stands = self.standing()
+        if stands:
+            self.place(with_yaw(stands[0], 0.0))
 
     def go_on_from(self, other, dt_us=0, yaw_deg=None):
         """Start where any other filter stands, float or integer: its tilt, yaw and bias, turned

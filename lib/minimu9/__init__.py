@@ -106,12 +106,41 @@ class MinIMU9:
 
     def read(self):
         """Fetch one sample of each chip into `counts`. OSError when the bus fails."""
-        self._accel.load(_ACCEL_OUT, self._accel_raw)
-        self._gyro.load(_GYRO_OUT, self._gyro_raw)
-        counts = self.counts
+        if self.lock:
+            with self.lock:
+                got = self.fetch()
+        else:
+            got = self.fetch()
+        if got < 0:
+            raise OSError(-got)
+
+    @property
+    def lock(self):
+        """A context manager to be held during each transfer, or None."""
+        return self._gyro.lock
+
+    @lock.setter
+    def lock(self, lock):
+        self._gyro.lock = self._accel.lock = lock
+
+    @micropython.native
+    def fetch(self):
+        """read() for a tick, which may not raise: 1, or -errno. Takes no lock."""
+        accel, gyro, counts = self._accel, self._gyro, self.counts
+        try:
+            accel.bus.readfrom_mem_into(accel.address, _ACCEL_OUT, self._accel_raw)
+            gyro.bus.readfrom_mem_into(gyro.address, _GYRO_OUT, self._gyro_raw)
+        except OSError as error:
+            return -(error.errno or _EIO)
         _scale(self._accel_raw, 3, counts, 0, self._accel_factor)
         _scale(self._gyro_words, 3, counts, 4, self._gyro_factor)
         counts[3] = 0x80 - (self._gyro_raw[0] ^ 0x80)  # the chip counts down as it warms
+        return 1
+
+    poll = fetch
+
+    def expire(self, age_us):
+        """Nothing: poll() reads what is of now."""
 
     def start(self):
         """Nothing: collect() reads."""

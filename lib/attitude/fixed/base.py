@@ -80,6 +80,7 @@ class Fixed:
         self.pending[_STEP] = 32768
         per_sample = 1000.0 * rate_hz / self._unit_per_deg
         self.pending[_RATE], self.pending[_RATE_SHIFT] = mantissa(32768.0 * per_sample)
+        self._kept = array("i", [0] * 10)  # of keep() and turn(): where a gap began
         self._settings = {}
         self.prepare(Ideal, None, settings)
         self.swap()

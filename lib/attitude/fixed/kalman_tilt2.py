@@ -288,6 +288,51 @@ class KalmanTilt2(Fixed):
         s = ptr32(self._s)
         s[_STARTED] = 0
 
+    @micropython.viper
+    def keep(self):
+        """Remember the angles: the next turn() begins here."""
+        s = ptr32(self._s)
+        kept = ptr32(self._kept)
+        kept[0] = s[_ROLL]
+        kept[1] = s[_PITCH]
+
+    @micropython.viper
+    def turn(self, before: ptr16, after: ptr16, dt_us: int):
+        """Turn on from keep() by dt_us (1 to 1000000), without the accelerometer, with the mean
+        of the rates of the counts `before` and `after`."""
+        s = ptr32(self._s)
+        kept = ptr32(self._kept)
+        clock = ptr32(self._clock)
+        r = (dt_us << 8) // clock[0]  # in sixteenths of a sample at the nominal rate
+        axis = 0
+        while axis < 2:
+            at = 12 + 3 * axis
+            rate = 0 - (s[_ROLL_BIAS + 2 * axis] >> 6)
+            half = 0
+            i = 0
+            while i < 3:
+                half += s[at + i] * (
+                    ((int(before[4 + i]) ^ 0x8000) + (int(after[4 + i]) ^ 0x8000) >> 1) - 0x8000
+                )
+                i += 1
+            rate += (half + s[21 + axis]) >> s[_GYRO_SHIFT]
+            part = (rate >> 10) * r + ((rate & 0x3FF) * r >> 10)  # a 64th of the way
+            angle = kept[axis]
+            i = 64
+            while i:
+                angle += part
+                if angle > 368640000:
+                    angle -= 737280000
+                elif angle < -368640000:
+                    angle += 737280000
+                i -= 1
+            s[_ROLL + 2 * axis] = angle
+            s[_OUT + axis] = (angle + 1024) >> 11
+            axis += 1
+
+    def zero_yaw(self):
+        """Nothing: its yaw is always 0."""
+
     @property
     def bias_dps(self):
         """Gyro bias as estimated on top of the calibration, deg/s (makes floats); that about z

@@ -11,35 +11,41 @@ import urllib.request
 from pathlib import Path
 
 from tools.virtual.images import qemu, recipes
-from tools.virtual.images.sources import VERSION
+from tools.virtual.images.releases import DEFAULT, VERSIONS, find, image_version, is_uf2
 from tools.virtual.images.workshop import FirmwareError, cache_dir, one_builder, publish, say
 
 __all__ = [
+    "DEFAULT",
+    "VERSIONS",
     "FirmwareError",
     "cache_dir",
     "frozen_image",
+    "image_version",
     "rp2040_image",
     "run_rv32",
     "rv32_micropython",
     "unix_micropython",
 ]
 
-OFFICIAL = f"https://micropython.org/resources/firmware/RPI_PICO-20250415-v{VERSION}.uf2"
 DOWNLOAD_S = 10
-RP2_NAME = f"micropython-{VERSION}-RPI_PICO.uf2"
-UF2_MAGIC = b"UF2\n\x57\x51\x5d\x9e"
-UF2_BLOCK = 512
 
 
-def rp2040_image():
-    """Path of the UF2 for a Raspberry Pi Pico. FirmwareError when there is no way to it."""
+def rp2040_image(version=DEFAULT):
+    """Path of the UF2 for a Raspberry Pi Pico, of one of VERSIONS ($PLUMB_FIRMWARE: of its own).
+
+    FirmwareError when there is no way to it.
+    """
     named = os.environ.get("PLUMB_FIRMWARE")
     if named:
         path = Path(named)
         if not path.is_file() or not is_uf2(path.read_bytes()):
             raise FirmwareError(f"PLUMB_FIRMWARE={named}: not a UF2 file")
         return path
-    return _kept(RP2_NAME, lambda: _official() or recipes.build_rp2(RP2_NAME))
+    release = find(version)
+    name = f"micropython-{version}-RPI_PICO.uf2"
+    return _kept(
+        name, lambda: _official(release, name) or recipes.build_rp2(name, version=version)
+    )
 
 
 def unix_micropython():
@@ -48,12 +54,12 @@ def unix_micropython():
     On x86-64 it is built for 32 bits, so that small ints and viper wrap as on the boards; its
     floats are doubles. On other machines it has that machine's width.
     """
-    return _kept(f"micropython-{VERSION}-unix", recipes.build_unix)
+    return _kept(f"micropython-{DEFAULT}-unix", recipes.build_unix)
 
 
 def rv32_micropython():
     """Path of MicroPython for QEMU's 32-bit RISC-V machine, an ELF file."""
-    return _kept(f"micropython-{VERSION}-rv32.elf", recipes.build_rv32)
+    return _kept(f"micropython-{DEFAULT}-rv32.elf", recipes.build_rv32)
 
 
 def run_rv32(files, script, timeout_s=60):
@@ -65,10 +71,10 @@ def run_rv32(files, script, timeout_s=60):
     return qemu.run_script(rv32_micropython(), files, script, timeout_s)
 
 
-def frozen_image(name, manifest, board="RPI_PICO", board_dir=None):
+def frozen_image(name, manifest, board="RPI_PICO", board_dir=None, version=DEFAULT):
     """Build a UF2 `name` in the cache with `manifest` frozen in; always built anew."""
     with one_builder():
-        return recipes.build_rp2(name, manifest, board, board_dir)
+        return recipes.build_rp2(name, manifest, board, board_dir, version)
 
 
 def _kept(name, make):
@@ -80,17 +86,11 @@ def _kept(name, make):
     return path
 
 
-def is_uf2(data):
-    """Whether every block of `data` is a UF2 block."""
-    blocks = range(0, len(data), UF2_BLOCK)
-    return len(data) >= UF2_BLOCK and all(data[at : at + 8] == UF2_MAGIC for at in blocks)
-
-
-def _official():
+def _official(release, name):
     """The release's own image, from the project's site; None where there is no way to it."""
-    say(f"trying {OFFICIAL}")
+    say(f"trying {release.official}")
     try:
-        with urllib.request.urlopen(OFFICIAL, timeout=DOWNLOAD_S) as answer:
+        with urllib.request.urlopen(release.official, timeout=DOWNLOAD_S) as answer:
             data = answer.read()
     except OSError as error:
         say(f"not reachable ({error}); building it")
@@ -101,6 +101,6 @@ def _official():
     fetched = cache_dir() / "fetched.uf2"
     fetched.write_bytes(data)
     try:
-        return publish(fetched, RP2_NAME)
+        return publish(fetched, name)
     finally:
         fetched.unlink()

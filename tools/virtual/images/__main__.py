@@ -2,10 +2,21 @@
 """`python -m tools.virtual.images [rp2|unix|rv32|all]`: gets the images, prints their paths."""
 
 import sys
+from functools import partial
 
-from tools.virtual.images import FirmwareError, rp2040_image, rv32_micropython, unix_micropython
+from tools.virtual.images import (
+    VERSIONS,
+    FirmwareError,
+    rp2040_image,
+    rv32_micropython,
+    unix_micropython,
+)
 
-GETTERS = {"rp2": rp2040_image, "unix": unix_micropython, "rv32": rv32_micropython}
+GETTERS = {
+    "rp2": [partial(rp2040_image, version) for version in VERSIONS],
+    "unix": [unix_micropython],
+    "rv32": [rv32_micropython],
+}
 
 
 def main(arguments):
@@ -19,7 +30,8 @@ def main(arguments):
         return 2
     try:
         for name in wanted:
-            print(f"{name}: {GETTERS[name]()}", flush=True)
+            for get in GETTERS[name]:
+                print(f"{name}: {get()}", flush=True)
     except FirmwareError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

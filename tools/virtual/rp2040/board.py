@@ -38,12 +38,13 @@ class VirtualPico:
     `bus` is a tools.virtual.bus.Bus on pins `sda` and `scl` (None: nothing is wired); the devices'
     INT goes to `int_pin`. `files` are {path on the board: bytes, text or Path}; `root` adds the
     project (boot.py, main.py unless `main` is False, lib/, firmware/), modules compiled to .mpy
-    when `mpy`. `image` is a UF2 to run in place of MicroPython's own.
+    when `mpy`. `micropython` is the release to run, one of images.VERSIONS; `image` a UF2 to run
+    in its place. `.version` is what the image says of itself.
     """
 
     def __init__(
         self, bus=None, sda=4, scl=5, int_pin=6, files=None, root=False, main=True, mpy=True,
-        image=None,
+        image=None, micropython=images.DEFAULT,
     ):  # fmt: skip
         on_flash = dict(files or {})
         if root:
@@ -52,7 +53,8 @@ class VirtualPico:
         self.output = bytearray()  # what the board printed and nobody has taken
         self.restarts = 0  # resets by pin, power, watchdog or machine.reset()
         self._raw = False
-        self._device = BaseDevice(board=BoardSpec(image=image or images.rp2040_image()))
+        self._image = image or images.rp2040_image(micropython)
+        self._device = BaseDevice(board=BoardSpec(image=self._image))
         self._simulator = self._device.simulator
         self._mcu = self._device.mcu
         self.flash = FlashChip(self._mcu)
@@ -122,6 +124,11 @@ class VirtualPico:
         self.output += data
         if self._until is not None and self._until():
             self._pause()
+
+    @property
+    def version(self):
+        """(major, minor, micro) of the board's MicroPython."""
+        return images.image_version(self._image)
 
     # the board's life
 

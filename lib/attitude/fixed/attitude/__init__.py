@@ -88,8 +88,9 @@ import micropython
 from micropython import const
 
 from attitude.fixed.attitude.coefficients import INC_PER_DPS, set_up
-from attitude.fixed.attitude.level import begin, begin_again
+from attitude.fixed.attitude.level import begin, begin_again, without_yaw
 from attitude.fixed.attitude.step import step
+from attitude.fixed.attitude.turn import keep, turn
 from attitude.fixed.base import Fixed
 from attitude.fixed.gap import bridge
 
@@ -125,6 +126,14 @@ class Attitude(Fixed):
         set_up(self.pending, self.rate_hz, self.gyro_dps, self.accel_g, **settings)
 
     step = step
+    keep = keep
+    turn = turn
+
+    @micropython.native
+    def zero_yaw(self):
+        """The direction it looks in now is yaw 0."""
+        without_yaw(self._s)
+        self.out[2] = 0
 
     @micropython.native
     def update(self, counts, dt_us=0):
