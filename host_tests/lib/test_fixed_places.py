@@ -13,7 +13,7 @@ import pytest
 FOLDER = Path(__file__).resolve().parents[2] / "lib" / "attitude" / "fixed" / "attitude"
 FILES = {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
 WRITER = {"__init__": "set", "coefficients": "set", "bias_view": "view"}
-NO_PLACES = {"_MOST"}
+NO_PLACES = {"_MOST", "_STEPS"}
 ROW = re.compile(r"(\d+)(?:-(\d+))? +(-|[A-Z_0-9]+) +(\S.*?) {2,}([a-z]+(?:, [a-z]+)*)$")
 
 
