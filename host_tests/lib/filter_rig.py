@@ -31,9 +31,8 @@ def make(name, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
 
 def quaternion(roll_deg, pitch_deg, yaw_deg=0.0):
     """Sensor to earth, scalar first; yaw first, roll last."""
-    (a, b, c), (p, q, r) = np.transpose(
-        [(np.cos(np.radians(v) / 2), np.sin(np.radians(v) / 2)) for v in (roll_deg, pitch_deg, yaw_deg)]
-    )  # fmt: skip
+    half = np.radians([roll_deg, pitch_deg, yaw_deg]) / 2
+    (a, b, c), (p, q, r) = np.cos(half), np.sin(half)
     return product((c, 0, 0, r), product((b, 0, q, 0), (a, p, 0, 0)))
 
 

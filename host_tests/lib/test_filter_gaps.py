@@ -12,6 +12,7 @@ from host_tests.lib.filter_rig import (
     INTEGER,
     Body,
     make,
+    matrix,
     rest,
     tilt_error,
     turn,
@@ -167,8 +168,7 @@ def test_relevel_at_rest_keeps_yaw_tilt_and_bias(name, roll, pitch, yaw, bias):
         bias = (0, 0, 0)  # which it leaves in
     filt, body = make(name), Body(roll, pitch, bias=bias)
     rest(filt, body, 8)
-    earth = np.array([-np.sin(np.radians(pitch)), np.sin(np.radians(roll)) * np.cos(np.radians(pitch)),
-                      np.cos(np.radians(roll)) * np.cos(np.radians(pitch))])  # fmt: skip
+    earth = matrix(body.q)[2]
     if name in FREE:
         turn(filt, body, earth * yaw / 2, 2)  # about the vertical
     rest(filt, body, 4)
