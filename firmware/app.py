@@ -31,6 +31,7 @@ _ODD = const(0)
 _AGE_US = const(3)
 _STALE_US = const(5)
 _ZERO_YAW = const(11)
+_DUE = const(12)
 _UNCERTAIN = const(12)
 
 # knobs that change the chip, and those for which the ticks begin anew as well
@@ -294,6 +295,7 @@ class App:
 
     def watch(self, seconds=None):
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
+        self.tick.words[_DUE] = 0  # the foreground follows each tick from now on
         self.telemetry.watch(seconds)
 
     def samples(self):

@@ -292,7 +292,6 @@ class Tick:
                     words[_DUE] = 0
                     return tick._lost(_BUSY, dt_us, now)
                 words[_SURE] = 1
-            words[_AGE_US] = words[_IN_ROW] = 0
             long_gap = False
             if gap_us > late_us:
                 long_gap = tick.gap.close(use[2], counts, gap_us, period_us)
@@ -300,6 +299,7 @@ class Tick:
                 use[0](counts, min(gap_us, 250000))
             else:
                 use[0](counts)
+            words[_AGE_US] = words[_IN_ROW] = 0
             if long_gap:
                 tick.gap.levelled(use[2])
             estimate.publish(tick.est, use[1], memory, now)

@@ -18,7 +18,6 @@ place name       who  what
 10    SWAP       F T  1: the filter's pending coefficients are complete
 11    ZERO_YAW   F T  1: yaw is 0 from the next sample on
 12    DUE        F T  ticks until the foreground is scheduled
-13    EVERY      F    ticks between two of its calls while all is well
 14    WAITING    F T  1: it is scheduled and has not run yet
 15    FROM_US    F T  age at which the filter that bridges the gap took over
 16    UNSURE_US  T    so long the tilt is not known well enough to be claimed

@@ -40,12 +40,12 @@ place    name        format and meaning                                         
 53       FAST        speed to gain * dt, Q24: times FAST / 2^15 >> FAST_SHIFT               set
 54       FAST_SHIFT  see FAST; the last coefficient                                         set
 55       SEQ         steps so far, modulo 2^30; the first of the state                     step
-56       W           quaternion, sensor to earth, Q30             step, slow, level, stand
-57       X           the same                                     step, slow, level, stand
-58       Y           the same                                     step, slow, level, stand
-59       Z           the same                                     step, slow, level, stand
-60       TRIM        (|q|^2 - 1) / 2, Q18: what the next sample takes off  step, level, stand
-61-63    LAST        inc of the last sample without bias                       step, stand
+56       W           quaternion, sensor to earth, Q30             step, slow, level, stand, turn
+57       X           the same                                     step, slow, level, stand, turn
+58       Y           the same                                     step, slow, level, stand, turn
+59       Z           the same                                     step, slow, level, stand, turn
+60       TRIM        (|q|^2 - 1) / 2, Q18: what the next sample takes off  step, level, stand, turn
+61-63    LAST        inc of the last sample without bias                       step, stand, turn
 64-66    BIAS        inc Q8                                              slow, view, stand
 67-69    FRACTION    of the bias, Q8: what waits                                           step
 70       VX          velocity that should not be there, g * 2^24                     step, slow
@@ -61,8 +61,8 @@ place    name        format and meaning                                         
 80       DUE         the view of the bias follows at the next sample          step, slow, level
 81       BEGIN       the next sample is a block: 1 new means, 2 and yaw 0  slow, level, stand
 82-87    SUM         of the block: inc with the bias in it, calibrated counts        step, slow
-88-89    ROLL        mdeg, then the pitch; the first of the results            step, stand
-90       YAW         mdeg                                                                  step
+88-89    ROLL        mdeg, then the pitch; the first of the results            step, stand, turn
+90       YAW         mdeg                                                                  step, turn
 91-93    RATES       mdps                                                      step, stand
 94-96    FORCE       calibrated accelerometer, counts                                      step
 97       AT_REST     1 or 0                                                                slow
