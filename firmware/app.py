@@ -33,6 +33,7 @@ _STALE_US = const(5)
 _ZERO_YAW = const(11)
 _DUE = const(12)
 _UNCERTAIN = const(12)
+_YAW_DOUBT = const(28)
 
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
@@ -331,6 +332,11 @@ class App:
     def yaw_deg(self):
         """Rotation about the vertical since the start, degrees; 0 with one-axis filters."""
         return self.tick.est[4] / 1000
+
+    @property
+    def yaw_doubt_deg(self):
+        """How far outages may have put the yaw off since the start or zero_yaw(), degrees."""
+        return self.tick.words[_YAW_DOUBT] / 1000
 
     @property
     def fresh(self):

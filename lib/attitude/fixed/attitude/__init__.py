@@ -62,7 +62,7 @@ place    name        format and meaning                                         
 81       BEGIN       the next sample is a block: 1 new means, 2 and yaw 0  slow, level, stand
 82-87    SUM         of the block: inc with the bias in it, calibrated counts        step, slow
 88-89    ROLL        mdeg, then the pitch; the first of the results            step, stand, turn
-90       YAW         mdeg                                                                  step, turn
+90       YAW         mdeg                                                            step, turn
 91-93    RATES       mdps                                                      step, stand
 94-96    FORCE       calibrated accelerometer, counts                                      step
 97       AT_REST     1 or 0                                                                slow
