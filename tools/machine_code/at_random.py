@@ -49,8 +49,8 @@ def _random(rng, kind):
     return rng.randrange(-(1 << bits), 1 << bits)
 
 
-class _Endless(Exception):
-    """The function was given numbers with which it does not end soon."""
+class _Endless(BaseException):
+    """The function was given numbers with which it does not end soon: no outcome of it."""
 
 
 def _try(function, arguments):
