@@ -36,7 +36,7 @@ deploy: .venv/ready
 	$(PY) -m tools.deploy $(if $(PORT),--port $(PORT)) $(ARGS)
 
 test: .venv/ready lint
-	$(PY) -m tools.virtual.firmware all
+	$(PY) -m tools.virtual.images all
 	$(PY) -m pytest -n 2 --dist loadfile $(ARGS)
 
 lint: .venv/ready

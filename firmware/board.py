@@ -66,21 +66,40 @@ class Board:
         time.sleep_us(_HALF_CLOCK_US)
         return self.i2c()
 
-    def timer(self, period_us, callback):
-        """Call `callback(timer)` every period, softly: in the background, the REPL alive."""
+    def has_hard(self, timer):
+        """Whether this port calls in a hard interrupt: of a timer, or of the INT line."""
+        if self.platform != "rp2":
+            return False
+        return not timer or sys.implementation.version[:2] >= (1, 26)
+
+    def ticking(self, source, hard):
+        """`source` (timer or data_ready) with this kind of interrupt, as source(period, call)."""
+
+        def start(period_us, callback):
+            return source(period_us, callback, hard)
+
+        return start
+
+    def timer(self, period_us, callback, hard=False):
+        """Call `callback(timer)` every period in the background, the REPL alive.
+
+        hard: in the interrupt itself, where nothing of Python delays it (has_hard()).
+        """
         timer_id = self._timer_ids[self._timers % 2]
         self._timers += 1
+        options = {"hard": True} if hard else {}
         return Timer(  # type: ignore[call-overload]  # the stubs forget tick_hz with a period
             timer_id,
             mode=Timer.PERIODIC,
             period=period_us,
             tick_hz=1000000,
             callback=callback,
+            **options,
         )
 
-    def data_ready(self, _period_us, callback):
+    def data_ready(self, _period_us, callback, hard=False):
         """Call `callback(pin)` at each rising edge of the sensor's INT line."""
-        return _Edges(Pin(self.int_pin, Pin.IN), callback)
+        return _Edges(Pin(self.int_pin, Pin.IN), callback, hard)
 
     def line_levels(self, pull):
         """Levels (sda, scl) of the idle bus against a weak internal pull of the board."""
@@ -102,9 +121,10 @@ class Board:
 
 
 class _Edges:
-    def __init__(self, pin, callback):
+    def __init__(self, pin, callback, hard):
         self._pin = pin
-        pin.irq(handler=callback, trigger=Pin.IRQ_RISING)
+        options = {"hard": True} if hard else {}
+        pin.irq(handler=callback, trigger=Pin.IRQ_RISING, **options)
 
     def deinit(self):
         self._pin.irq(handler=None)

@@ -9,10 +9,11 @@ c.level(); c.nose_up()  # how the sensor sits in the robot; level(2) where no pl
 c.save("2026-05-01")
 """
 
-from mpu6050 import mounting
-from mpu6050.calibrate import Poses, gyro_bias, rest, with_slopes
+from calibration import IDENTITY, mounting
+from calibration.poses import Poses, with_slopes
+from calibration.rest import gyro_bias, rest
 
-from firmware import keeping
+from firmware.calibration import load_for, save_calibration
 
 _SLOPE_SPAN_C = 10.0  # two calibrations so far apart tell how the bias goes with temperature
 _DOUBTFUL_MG = 10.0  # half a degree from square is 9 mg
@@ -27,7 +28,7 @@ class Calibrating:
 
     def __init__(self, imu):
         self._imu = imu
-        self.cal, self.warnings = keeping.load_for(imu)
+        self.cal, self.warnings = load_for(imu)
         self._stored = self.cal
         self._solved = False
         self._poses = Poses(imu)
@@ -90,13 +91,18 @@ class Calibrating:
         self._level = []
         return "forward is %s, up is %s, %.1f degrees from square" % mounting.nearest(rotation)
 
+    def here(self, seconds=1.0):
+        """The robot stands level here: the mounting, turned by what the tilt still is."""
+        self.cal = self.cal.mounted(mounting.refine(IDENTITY, self._up(seconds)))
+        return "level"
+
     def save(self, date=""):
         """Store it. After solve(), and with a stored one of the same part 10 degC away, the biases
         over temperature are known from then on."""
         new = self.cal.but(date=date, who_am_i=self._imu.who_am_i)
         # without solve() the accelerometer's bias is still that of the stored temperature
         made = merged(self._stored, new) if self._solved else new.at(self._stored.temp_c)
-        keeping.save_calibration(made)
+        save_calibration(made)
         self.cal = self._stored = made
         sloped = any(made.accel_slope_g_per_c)
         return "saved, with biases over temperature" if sloped else "saved"

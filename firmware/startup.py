@@ -3,12 +3,14 @@
 
 import time
 
+from calibration.rest import NotStill, rest
 from mpu6050 import MPU6050
 
-from firmware import keeping
 from firmware.board import diagnose
+from firmware.calibration import load_for
 
-_BIAS_MAX_DPS = 40.0  # initial offset and drift over temperature (PS section 6.1)
+_OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
+_SPREAD = 6.0  # from the least to the largest of some hundred samples, in standard deviations
 
 
 def sensor(board, config):
@@ -21,7 +23,7 @@ def sensor(board, config):
             gyro_dps=config.gyro_dps,
             accel_g=config.accel_g,
             dlpf_hz=config.dlpf_hz,
-            rate_hz=config.rate_hz if config.drive == "data-ready" else config.sensor_hz,
+            rate_hz=sensor_rate_hz(config),
         )
     except OSError as error:
         failure = error
@@ -32,9 +34,26 @@ def sensor(board, config):
     return imu
 
 
+def sensor_rate_hz(config):
+    """What the driver is asked for. ValueError where the sensor cannot set the loop's pace: its
+    divider makes whole parts of its own rate only, and the loop would not be what was asked.
+    """
+    if config.drive != "data-ready":
+        return config.sensor_hz
+    own = 8000 if config.dlpf_hz == 260 else 1000  # Hz (RM p. 13)
+    n = own // config.rate_hz
+    for rate in (own / n, own / (n + 1)):
+        if abs(rate - config.rate_hz) <= _OFF * config.rate_hz:
+            return config.rate_hz
+    raise ValueError(
+        "rate_hz = %s with drive = data-ready: the sensor makes %d / n; nearest %.1f and %.1f Hz"
+        % (config.rate_hz, own, own / (n + 1), own / n)
+    )
+
+
 def calibration(imu, config):
     """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
-    cal, warnings = keeping.load_for(imu)
+    cal, warnings = load_for(imu)
     imu.read()
     cal = cal.at(imu.temp_c())
     if config.self_test:
@@ -44,40 +63,17 @@ def calibration(imu, config):
         if not good:
             warnings.append("self-test failed, or the sensor was moved: " + ", ".join(lines))
     if config.rest_s:
-        bias, why = gyro_bias(imu, config.rest_s, config.still_dps)
-        if bias:
-            cal = cal.but(gyro_bias_dps=bias)
-        else:
-            warnings.append("gyro bias not measured, the stored one (or zero) is used: " + why)
+        time.sleep_ms(_settling_ms(config, imu))
+        try:
+            still = rest(imu, config.rest_s, config.still_dps / _SPREAD)
+            cal = cal.at(still.temp_c).but(gyro_bias_dps=still.gyro_dps)
+        except NotStill as error:
+            text = "gyro bias not measured, the stored one (or zero) is used: it %s"
+            warnings.append(text % error)
     return cal, warnings
 
 
-def gyro_bias(imu, seconds, still_dps):
-    """((x, y, z) in deg/s, None) from samples at rest, or (None, why not).
-
-    Paper 004 (MPU6050 Kalman): the mean of many samples, 1 ms apart, while the sensor stands
-    still. Here it is checked: the spread of each axis must stay below still_dps.
-    """
-    lsb = imu.gyro_lsb_per_dps
-    low = [32767] * 3
-    high = [-32768] * 3
-    total = [0] * 3
-    n = max(1, int(seconds * 1000))
-    for _ in range(n):
-        imu.read()
-        for axis in range(3):
-            value = imu.counts[4 + axis]
-            total[axis] += value
-            low[axis] = min(low[axis], value)
-            high[axis] = max(high[axis], value)
-        time.sleep_us(500)
-    spread = max(high[axis] - low[axis] for axis in range(3)) / lsb
-    if spread > still_dps:
-        return None, "it moves: the gyro spread over %.1f deg/s, still is below %.1f" % (
-            spread,
-            still_dps,
-        )
-    bias = tuple(total[axis] / n / lsb for axis in range(3))
-    if max(abs(b) for b in bias) > _BIAS_MAX_DPS:
-        return None, "it turns steadily: %.1f, %.1f, %.1f deg/s" % bias
-    return bias, None
+def _settling_ms(config, imu):
+    """Until the low-pass has forgotten the gyro's start: five of its time constants, and two of
+    the sensor's samples."""
+    return int(5 * 160 / config.dlpf_hz + 2000 / imu.rate_hz)

@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: MIT
 """Angles as text at a fixed rate: lines of 64 bytes that Thonny's plotter reads.
 
-A line is made in a buffer and written from the tick without allocating, only when somebody takes
+A line is made in a buffer and written after a tick without allocating, only when somebody takes
 it. 64 bytes divide the 256 of the USB buffer: a reader that goes away leaves it full to the byte,
 so the look before each write is enough never to wait.
 """
 
+import select
+import sys
 import time
 
 import micropython
+from micropython import const
+
+_ROLL = const(2)  # places: firmware.tick.estimate
+_PITCH = const(3)
+_YAW = const(4)
 
 HEADER = b"# roll, pitch and yaw in degrees; stale: no answer from the sensor, angle held\r\n"
 _LINE = b"roll_deg:    0.00 pitch_deg:    0.00 yaw_deg:    0.00 stale:0 \r\n"
@@ -37,10 +44,33 @@ def put_mdeg(line: ptr8, at: int, mdeg: int):
         i -= 1
 
 
+class Console:
+    """Standard output and input of the board, with a look before each use."""
+
+    def __init__(self):
+        self._out = select.poll()
+        self._out.register(sys.stdout, select.POLLOUT)
+        self._in = select.poll()
+        self._in.register(sys.stdin, select.POLLIN)
+        self.write = sys.stdout.buffer.write  # takes bytes; a bound method, so kept
+
+    def ready(self):
+        """Whether somebody takes what is written. Allocates nothing."""
+        for _ in self._out.ipoll(0):
+            return True
+        return False
+
+    def key(self):
+        """Whether a key waits to be read; it is left for the REPL."""
+        for _ in self._in.ipoll(0):
+            return True
+        return False
+
+
 class Telemetry:
     """Writes a line every few ticks, between begin() and end().
 
-    console: firmware.console.Console, or anything with ready() and write(bytes).
+    console: a Console, or anything with ready() and write(bytes).
     lines: how many were written; dropped: how many nobody took.
     """
 
@@ -87,11 +117,11 @@ class Telemetry:
         finally:
             self.end()
 
-    def tick(self, angles, stale):
-        """Count a tick while `on`; write a line of angles.roll_mdeg ... when it is due."""
+    def tick(self, est, stale, passed):
+        """`passed` ticks later, while `on`; write a line of the estimate when it is due."""
         if not self._every:
             return
-        self._left -= 1
+        self._left -= passed
         if self._left > 0:
             return
         self._left = self._every
@@ -103,9 +133,9 @@ class Telemetry:
             self.console.write(HEADER)
             return
         line = self._line
-        put_mdeg(line, _ROLL_AT, angles.roll_mdeg)
-        put_mdeg(line, _PITCH_AT, angles.pitch_mdeg)
-        put_mdeg(line, _YAW_AT, angles.yaw_mdeg)
+        put_mdeg(line, _ROLL_AT, est[_ROLL])
+        put_mdeg(line, _PITCH_AT, est[_PITCH])
+        put_mdeg(line, _YAW_AT, est[_YAW])
         line[_STALE_AT] = 49 if stale else 48
         self.console.write(line)
         self.lines += 1

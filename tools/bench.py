@@ -31,7 +31,7 @@ def run_emulated():
     """What the script prints on the emulated Pico, its sensor in free motion."""
     from tools.virtual.bus import Bus
     from tools.virtual.chip import MPU6050Chip
-    from tools.virtual.free_motion import FreeMotion
+    from tools.virtual.motion.free_motion import FreeMotion
     from tools.virtual.pico import VirtualPico
 
     bus = Bus(MPU6050Chip(motion=FreeMotion(seed=1)))

@@ -23,7 +23,13 @@ from tools.virtual.rp2040.flash import cross_compile, project_files
 ARCHITECTURES = {4: "armv6m", 5: "armv7m", 6: "armv7em", 7: "armv7emsp", 8: "armv7emdp",
                  9: "xtensa", 10: "xtensawin", 11: "rv32imc"}  # fmt: skip
 MPY_VERSION = 6  # the low byte of _mpy: what mpy-cross of this version writes
-FOLDERS = ("lib/mpu6050", "lib/attitude", "lib/control", "firmware")  # what is ours alone
+FOLDERS = (  # what is ours alone
+    "lib/mpu6050",
+    "lib/calibration",
+    "lib/attitude",
+    "lib/control",
+    "firmware",
+)
 CHUNK = 3072  # bytes of a file in one command: a fortieth of the smallest board's heap
 
 _IDENTITY = "import sys; i=sys.implementation; print((sys.platform,i._machine,i.version,i._mpy))"

@@ -86,13 +86,13 @@ def results(result):
 def policy():
     """What the firmware does about each cause, from its own table."""
     with Port("rp2"):
-        from firmware import health
+        from firmware.faults import policy as health
     names = ("HOLD", "VERIFY", "REPAIR", "RESET", "RECOVER", "RING", "ADOPT")
     actions = {getattr(health, name): name.lower() for name in names}
     rows = []
-    for cause, seen, after, action in health.POLICY[1:]:
-        when = f"{actions[action]}, after {after}" if after > 1 else actions[action]
-        rows.append((f"`{cause}`", seen, when))
+    for row in health.POLICY[1:]:
+        when = actions[row.action] + (f", after {row.after}" if row.after > 1 else "")
+        rows.append((f"`{row.cause}`", row.seen, when))
     lines = ["| cause in `app.stats()` | how it is seen | then |", "|---|---|---|"]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tools.virtual import profiles
+from tools.virtual.chip import profiles
 
 EXCERPTS = Path(__file__).parent / "data"
 STANDARD_GRAVITY = 9.80665

@@ -17,8 +17,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from tools.virtual import firmware
-from tools.virtual import quaternions as quat
+from tools.virtual import images
+from tools.virtual.motion import quaternions as quat
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = Path(__file__).parent / "board_scripts" / "soak.py"
@@ -69,7 +69,7 @@ def run(hours, say=print):
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder, "soak.py")
         script.write_text(head + SCRIPT.read_text())
-        command = [str(firmware.unix_micropython()), "-X", "heapsize=16M", str(script)]
+        command = [str(images.unix_micropython()), "-X", "heapsize=16M", str(script)]
         pipe = subprocess.PIPE
         process = subprocess.Popen(command, stdout=pipe, stderr=subprocess.STDOUT, text=True)
         printed = []

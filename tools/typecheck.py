@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tools.virtual.firmware import cache_dir
+from tools.virtual.images import cache_dir
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = [ROOT / name for name in ("lib", "firmware", "boot.py", "main.py")]

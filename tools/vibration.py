@@ -18,7 +18,7 @@ from tools.recordings import roll_pitch_deg, up_from_quaternion
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Vibration
-from tools.virtual.one_axis import Sinusoid
+from tools.virtual.motion.one_axis import Sinusoid
 from tools.virtual.port import Port
 
 RPM = (3000, 4500, 6000, 9000, 12000)

@@ -13,6 +13,7 @@ ends up in the target lean, not in a robot that drives away.
     app = balance.start()     # motors: left forward, left back, right forward, right back
 """
 
+import micropython
 from control import HBridge
 from control.fixed import PID
 from machine import PWM, Pin
@@ -33,19 +34,23 @@ _UPRIGHT_MDEG = const(5000)
 class Balance:
     """The controller as an output of the app. Angles in millidegrees, drive in permille."""
 
-    def __init__(self, motors, period_us, gyro_lsb_per_dps=65.5):
+    def __init__(self, motors, period_us):
         self._motors = motors
-        self._to_mdps = round(1024 * 1000 / gyro_lsb_per_dps)
+        self.running = False
+        self.tune(period_us)
+
+    def tune(self, period_us):
+        """The loop's period, which the app tells also when it changes."""
         self._lag = period_us * 1024 // (_LAG_US + period_us)
         self._per_tick = round(TRAVEL * 1000 * period_us / 1000000 * 1024)
         self.pid = PID(KP / 1000, 0, KD / 1000, 1000, 1000000 / period_us, input_max=500000)
         self._second = 1000000 // period_us
-        self.running = False
         self._begin()
 
+    @micropython.native
     def update(self, app):
-        """After each step of the loop. Starts when the robot has been held upright for 1 s."""
-        lean = app.filter.pitch_mdeg
+        """In each tick. Starts when the robot has been held upright for 1 s."""
+        lean = app.angles_mdeg[1]
         if not self.running:
             upright = -_UPRIGHT_MDEG < lean < _UPRIGHT_MDEG
             self._wait = self._wait - 1 if upright else self._second
@@ -53,8 +58,9 @@ class Balance:
         elif lean > _FALLEN_MDEG or lean < -_FALLEN_MDEG:
             self.safe()
         else:
-            self._balance(lean, app.imu.counts[5] * self._to_mdps >> 10)
+            self._balance(lean, app.rates_mdps[1])
 
+    @micropython.native
     def _balance(self, lean, rate):
         speed = self._speed >> 10
         self._travel += speed * self._per_tick
@@ -67,12 +73,14 @@ class Balance:
         for motor in self._motors:
             motor.write(drive)
 
+    @micropython.native
     def _begin(self):
         self._wait = self._second
         self._speed = 0  # low-passed drive, 1/1024 permille
         self._travel = 0  # its sum as a lean, 1/1024 mdeg
         self.pid.reset()
 
+    @micropython.native
     def safe(self):
         """Fallen, or the estimate is lost: motors off until it stands upright again."""
         self.running = False
@@ -89,6 +97,6 @@ def start(app=None):
     app.balance = Balance(
         (HBridge(pwms[0], pwms[1]), HBridge(pwms[2], pwms[3])), 1000000 // app.config.rate_hz
     )
-    app.outputs.add(app.balance.update, app.balance.safe)
+    app.outputs.add(app.balance.update, app.balance.safe, hard=True, tune=app.balance.tune)
     app.start()
     return app

@@ -12,6 +12,7 @@ left of the tilt, with a model of the servo to tell what is still under way.
     app = platform.start()      # roll servo on the board's first output, pitch on its second
 """
 
+import micropython
 from control import Servo
 from machine import PWM, Pin
 from micropython import const
@@ -48,8 +49,16 @@ class Axis:
         self.command = 0  # asked of the servo
         self.reached = 0  # where it is by now, as far as the model knows
         self.base_rate = 0
+        self.resume()
+
+    def resume(self):
+        """What is on its way to the servo is the last command, wherever it is."""
+        waiting = self._waiting
+        for k in range(len(waiting)):
+            waiting[k] = self.command
         self._next = 0
 
+    @micropython.native
     def update(self, tilt, rate):
         """Plate's tilt and rate -> servo. Small integers only: nothing is allocated."""
         waiting, k = self._waiting, self._next
@@ -66,23 +75,30 @@ class Axis:
 class Platform:
     """The two axes as an output of the app."""
 
-    def __init__(self, servos, period_us, gyro_lsb_per_dps=65.5):
+    def __init__(self, servos, period_us):
         self.roll = Axis(servos[0], period_us)
         self.pitch = Axis(servos[1], period_us)
-        self._to_mdps = round(1024 * 1000 / gyro_lsb_per_dps)
         # until the attitude has settled the accelerometer still moves it, and the servos' jerks
         # move the accelerometer: held back for a second, or the platform shakes itself up
         self._wait = 1000000 // period_us
 
+    def tune(self, period_us):
+        """The loop's period, which the app tells also when it changes."""
+        for axis in (self.roll, self.pitch):
+            axis.tune(period_us)
+            axis.resume()
+
+    @micropython.native
     def update(self, app):
-        """After each step of the loop."""
+        """In each tick."""
         if self._wait:
             self._wait -= 1
             return
-        counts, scale, tilt = app.imu.counts, self._to_mdps, app.filter
-        self.roll.update(tilt.roll_mdeg, counts[4] * scale >> 10)
-        self.pitch.update(tilt.pitch_mdeg, counts[5] * scale >> 10)
+        tilt, rates = app.angles_mdeg, app.rates_mdps
+        self.roll.update(tilt[0], rates[0])
+        self.pitch.update(tilt[1], rates[1])
 
+    @micropython.native
     def safe(self):
         """The estimate is lost: the servos stay where they are, which a camera forgives most."""
 
@@ -98,6 +114,6 @@ def start(app=None):
     pins = app.board.outputs
     servos = [Servo(PWM(Pin(pin))) for pin in pins[:2]]
     app.platform = Platform(servos, 1000000 // app.config.rate_hz)
-    app.outputs.add(app.platform.update, app.platform.safe)
+    app.outputs.add(app.platform.update, app.platform.safe, hard=True, tune=app.platform.tune)
     app.start()
     return app

@@ -3,7 +3,7 @@
 
     sensor -> attitude ---angles---> angle loops --rates--> rate loops --torques--> mixer -> ESCs
                   |                  (P, 3 axes)            (PID, 3 axes)             ^
-                  +---rates (gyro)------------------------------^          throttle --+
+                  +---rates-------------------------------------^          throttle --+
 
 The pilot's side sets the four commands and must repeat them: after link_ms without, or when the
 estimate is lost, the motors stop. arm() refuses unless throttle is zero and the frame level.
@@ -14,6 +14,7 @@ estimate is lost, the motors stop. arm() refuses unless throttle is zero and the
     app.quad.command(550, roll_mdeg=5000)
 """
 
+import micropython
 from control import Escs
 from control.fixed import QuadControl
 from machine import PWM, Pin
@@ -33,16 +34,19 @@ _CRASHED_MDEG = const(80000)  # no return from here: stop what still turns
 class Quad:
     """The controller as an output of the app."""
 
-    def __init__(self, escs, rate_hz, gyro_lsb_per_dps=65.5):
+    def __init__(self, escs, period_us):
         self.escs = escs
-        self.control = QuadControl(
-            ANGLE_GAINS, RATE_GAINS, _TORQUE_MAX, rate_hz, gyro_lsb_per_dps
-        )
         self.throttle = 0
         self.yaw_mdeg = 0
         self.link_lost = 0  # times the motors stopped because nobody commanded
         self._link = 0
-        self._link_max = rate_hz * _LINK_MS // 1000
+        self.tune(period_us)
+
+    def tune(self, period_us):
+        """The loop's period, which the app tells also when it changes."""
+        self.control = QuadControl(ANGLE_GAINS, RATE_GAINS, _TORQUE_MAX, 1000000 / period_us)
+        self.control.target(0, 0, self.yaw_mdeg)
+        self._link_max = 1000 * _LINK_MS // period_us
 
     def command(self, throttle, roll_mdeg=0, pitch_mdeg=0, yaw_mdeg=None):
         """The pilot's wish: throttle in permille, angles in millidegrees; yaw None keeps it."""
@@ -54,15 +58,16 @@ class Quad:
 
     def arm(self, app):
         """Let the motors turn. ValueError says why not."""
-        tilt = app.filter
-        self.escs.arm(self.throttle, max(abs(tilt.roll_mdeg), abs(tilt.pitch_mdeg)))
+        tilt = app.angles_mdeg
         self.control.reset()
-        self.command(0, 0, 0, tilt.yaw_mdeg)
+        self.command(0, 0, 0, tilt[2])
+        self.escs.arm(self.throttle, max(abs(tilt[0]), abs(tilt[1])))
 
+    @micropython.native
     def update(self, app):
-        """After each step of the loop."""
-        angles, control, escs = app.filter.angles_mdeg, self.control, self.escs
-        control.update(self.throttle, angles, app.imu.counts)
+        """In each tick."""
+        angles, control, escs = app.angles_mdeg, self.control, self.escs
+        control.update(self.throttle, angles, app.rates_mdps)
         escs.write(control.motors)
         if not escs.armed:
             return
@@ -70,9 +75,11 @@ class Quad:
         if self._link > self._link_max:
             self.link_lost += 1
             escs.safe()
-        elif not -_CRASHED_MDEG < angles[0] < _CRASHED_MDEG:
+        elif not (-_CRASHED_MDEG < angles[0] < _CRASHED_MDEG
+                  and -_CRASHED_MDEG < angles[1] < _CRASHED_MDEG):  # fmt: skip
             escs.safe()
 
+    @micropython.native
     def safe(self):
         """The estimate is lost: motors off, disarmed."""
         self.escs.safe()
@@ -84,7 +91,7 @@ def start(app=None):
     app.set("rate_hz", 1000)
     app.set("dlpf_hz", 94)
     escs = Escs([PWM(Pin(pin)) for pin in app.board.outputs])
-    app.quad = Quad(escs, app.config.rate_hz)
-    app.outputs.add(app.quad.update, app.quad.safe)
+    app.quad = Quad(escs, 1000000 // app.config.rate_hz)
+    app.outputs.add(app.quad.update, app.quad.safe, hard=True, tune=app.quad.tune)
     app.start()
     return app

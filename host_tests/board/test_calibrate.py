@@ -13,15 +13,15 @@ from pathlib import Path
 
 import pytest
 
-from tools.calibrate_virtual import FACES
-from tools.demo import settings_file
-from tools.virtual import quaternions as quat
+from tools.calibrate.virtual import FACES
+from tools.demo.__main__ import settings_file
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
+from tools.virtual.chip.tolerances import worst_case
 from tools.virtual.motion import Sinusoid, Still
+from tools.virtual.motion import quaternions as quat
 from tools.virtual.pico import VirtualPico
 from tools.virtual.rp2040.console import CTRL_C
-from tools.virtual.tolerances import worst_case
 
 SETTLE_MS = 100  # the sensor's low-pass forgets the pose before
 SEAT = (4.0, -7.0)  # roll and pitch of the sensor when the robot stands level

@@ -2,12 +2,13 @@
 """FIFO, calibration, self-test and offsets under the real firmware on the emulated RP2040."""
 
 import pytest
-from driver_rig import Feel, driver_board, value
+
+from host_tests.board.driver_rig import Feel, driver_board, value
 
 
 @pytest.fixture(scope="module")
-def board():
-    with driver_board() as pico:
+def board(micropython):
+    with driver_board(micropython) as pico:
         yield pico
 
 
@@ -47,8 +48,8 @@ def test_calibration_runs_on_the_board(board):
     """The small solvers in single precision, and the numbers through JSON."""
     code = """
 import json
-from mpu6050 import solve, mounting
-from mpu6050.calibration import Calibration
+from calibration import solve, mounting
+from calibration import Calibration
 faces = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
 M = ((1.03, 0.02, -0.02), (-0.02, 0.97, 0.02), (0.02, -0.02, 1.03)); b = (0.08, -0.08, 0.08)
 def reads(f):
@@ -73,9 +74,10 @@ b2, m2, r2 = solve.from_rest([reads(f) for f in faces])
 def test_gyro_bias_self_test_and_offsets_on_the_board(board):
     board.bus.devices[0].set_motion(Feel((0.0, 0.0, 1.0), (3.0, -2.0, 1.0)))
     code = """
-from mpu6050 import calibrate, motion, offsets, selftest, thermal
+from calibration import rest, thermal
+from mpu6050 import motion, offsets, selftest
 time.sleep_ms(50)
-cal = calibrate.gyro_bias(imu, seconds=0.02)
+cal = rest.gyro_bias(imu, seconds=0.02)
 selftest._SAMPLES = 10
 axes = selftest.self_test(imu)
 offsets.shift_gyro(imu, -3, 2, -1)

@@ -2,14 +2,14 @@
 """The driver under the real firmware on the emulated RP2040: values, microseconds, heap."""
 
 import pytest
-from driver_rig import driver_board, value
 
+from host_tests.board.driver_rig import driver_board, value
 from tools.virtual.faults import make
 
 
 @pytest.fixture(scope="module")
-def board():
-    with driver_board() as pico:
+def board(micropython):
+    with driver_board(micropython) as pico:
         yield pico
 
 

@@ -11,8 +11,8 @@ from array import array
 import pytest
 from attitude.fixed import AdaptiveNotch, Attitude, KalmanTilt2, LowPass
 
-from host_tests.fixed_inputs import KINDS, Skewed, adversarial, recorded
-from tools.virtual.firmware import run_rv32
+from host_tests.lib.fixed_inputs import KINDS, Skewed, adversarial, recorded
+from tools.virtual.images import run_rv32
 from tools.virtual.pico import VirtualPico
 from tools.virtual.rp2040 import flash
 

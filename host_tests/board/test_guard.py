@@ -6,7 +6,7 @@ Thumb is the emulated RP2040, RISC-V the ESP32-C3; integers do not wrap on the P
 
 import pytest
 
-from tools.virtual.firmware import run_rv32
+from tools.virtual.images import run_rv32
 from tools.virtual.port import Port
 from tools.virtual.rp2040.flash import ROOT
 
@@ -15,7 +15,7 @@ BURSTS = 1500
 PROGRAM = """
 import binascii
 from array import array
-from firmware import guard
+from firmware.tick import judge as guard
 
 def bursts(seed, n):
     rest = (30, -20, 4090, -3900, 130, -100, 66)
@@ -72,5 +72,5 @@ def test_the_pico_judges_as_the_pc(pico, expected):
 
 
 def test_risc_v_judges_as_the_pc(expected):
-    files = {"firmware/guard.py": ROOT / "firmware" / "guard.py"}
+    files = {"firmware/tick/judge.py": ROOT / "firmware" / "guard.py"}
     assert run_rv32(files, PROGRAM + f"print(judged(5, {BURSTS}))") == f"{expected}\n"

@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from tools.demo import settings_file
+from tools.demo.__main__ import settings_file
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.pico import VirtualPico
@@ -38,15 +38,15 @@ def deploy(board, timeout_s=300):
 
 
 @pytest.fixture(scope="module")
-def deployed():
+def deployed(micropython):
     """(board, what deploy printed): most of the project was there, the rest came by mpremote."""
     files = flash.compiled({**flash.project_files(main=False), "firmware/gone.py": "old = 1\n"})
-    for name in ("firmware/loop.mpy", "firmware/console.mpy", "boot.py"):
+    for name in ("firmware/loop.mpy", "firmware/telemetry.mpy", "boot.py"):
         del files[name]
     files["firmware/loop.py"] = "this is no Python\n"  # would be imported before the .mpy
     files["config.txt"] = settings_file(rest_s=0.02)
     chip = MPU6050Chip(seed=2, gyro_bias_dps=(2.0, -1.0, 0.5))
-    with VirtualPico(bus=Bus(chip), files=files, mpy=False) as board:
+    with VirtualPico(bus=Bus(chip), files=files, mpy=False, micropython=micropython) as board:
         printed = deploy(board)
         board.run_ms(1200)  # it resets and starts main.py
         yield board, printed
@@ -61,9 +61,9 @@ def stats_of(board, source, timeout_s=30):
 def test_deploy_copies_what_is_missing_and_removes_what_is_gone(deployed):
     board, printed = deployed
     assert "RP2040" in printed and "100 %" in printed
-    for name in ("main.py", "boot.py", "firmware/console.mpy", "firmware/loop.mpy"):
+    for name in ("main.py", "boot.py", "firmware/telemetry.mpy", "firmware/loop.mpy"):
         assert name in printed
-    assert "firmware/timing.mpy" not in printed  # it was there, and the same
+    assert "firmware/tick/timing.mpy" not in printed  # it was there, and the same
     on_flash = board.files()
     assert {"main.py", "boot.py", "firmware/loop.mpy"} <= set(on_flash)
     assert "firmware/gone.mpy" not in on_flash and "firmware/loop.py" not in on_flash

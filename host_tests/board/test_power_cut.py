@@ -11,8 +11,8 @@ import binascii
 from itertools import pairwise
 
 import pytest
-from power_cut_rig import FILES, save_on, try_cuts, worn
 
+from host_tests.board.power_cut_rig import FILES, save_on, try_cuts, worn
 from tools.virtual.pico import VirtualPico
 from tools.virtual.rp2040.flash import BLOCK_SIZE, read_image
 

@@ -3,13 +3,13 @@
 
 import ast
 
+from tools.faults.scenario import play
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.faults import load_scenario
 from tools.virtual.motion import FreeMotion
 from tools.virtual.pico import VirtualPico
 from tools.virtual.rp2040.flash import ROOT
-from tools.virtual.scenario import play
 
 FILE = ROOT / "tools" / "data" / "scenario.json"
 UNTIL_MS = 6000

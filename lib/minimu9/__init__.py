@@ -17,6 +17,7 @@ from mpu6050.registers import Registers
 
 _WHO_AM_I = const(0x0F)  # gyro only: the accelerometer has no documented one
 _CTRL_REG1 = const(0x20)  # gyro DR [7:6] BW [5:4] PD [3] axes [2:0]; accel ODR [7:4] axes [2:0]
+_CTRL_REG3 = const(0x22)  # gyro I2_DRDY [3]: data ready on the pin DRDY
 _CTRL_REG4 = const(0x23)  # BDU [7], FS [5:4]; accel HR [3]
 _CTRL_REG5 = const(0x24)  # BOOT [7]: registers and trim as after power-on
 _GYRO_OUT = const(0xA6)  # OUT_TEMP, STATUS, OUT_X_L...: 0x26 with the auto-increment bit
@@ -69,6 +70,7 @@ class MinIMU9:
 
     split = False
     profile = _Profile
+    delay_s = 0.0016  # of the gyro: a first-order low-pass of 100 Hz; the data sheet gives none
 
     def __init__(self, i2c, address=0x6B, accel_address=0x19, gyro_dps=500, accel_g=8):
         gyro_code, mdps = _row(_GYRO, gyro_dps, "gyro_dps")
@@ -104,12 +106,41 @@ class MinIMU9:
 
     def read(self):
         """Fetch one sample of each chip into `counts`. OSError when the bus fails."""
-        self._accel.load(_ACCEL_OUT, self._accel_raw)
-        self._gyro.load(_GYRO_OUT, self._gyro_raw)
-        counts = self.counts
+        if self.lock:
+            with self.lock:
+                got = self.fetch()
+        else:
+            got = self.fetch()
+        if got < 0:
+            raise OSError(-got)
+
+    @property
+    def lock(self):
+        """A context manager to be held during each transfer, or None."""
+        return self._gyro.lock
+
+    @lock.setter
+    def lock(self, lock):
+        self._gyro.lock = self._accel.lock = lock
+
+    @micropython.native
+    def fetch(self):
+        """read() for a tick, which may not raise: 1, or -errno. Takes no lock."""
+        accel, gyro, counts = self._accel, self._gyro, self.counts
+        try:
+            accel.bus.readfrom_mem_into(accel.address, _ACCEL_OUT, self._accel_raw)
+            gyro.bus.readfrom_mem_into(gyro.address, _GYRO_OUT, self._gyro_raw)
+        except OSError as error:
+            return -(error.errno or _EIO)
         _scale(self._accel_raw, 3, counts, 0, self._accel_factor)
         _scale(self._gyro_words, 3, counts, 4, self._gyro_factor)
         counts[3] = 0x80 - (self._gyro_raw[0] ^ 0x80)  # the chip counts down as it warms
+        return 1
+
+    poll = fetch
+
+    def expire(self, age_us):
+        """Nothing: poll() reads what is of now."""
 
     def start(self):
         """Nothing: collect() reads."""
@@ -121,6 +152,30 @@ class MinIMU9:
 
     def finish(self):
         """No burst is ever under way."""
+
+    def plausible(self):
+        """False when the last sample is a fill pattern: a dead line, a broken transfer.
+
+        The gyro with its temperature and status all one byte, or the accelerometer all 0xFF or
+        0xFE, which its 12 bits cannot send.
+        """
+        gyro, accel = self._gyro_raw, self._accel_raw
+        filled = accel[0] >= 0xFE and accel == accel[:1] * 6
+        return not (filled or gyro == gyro[:1] * 8)
+
+    def same_part(self):
+        """Whether the gyro is still the one that was identified. OSError."""
+        seen = bytearray(1)
+        self._gyro.load(_WHO_AM_I, seen)
+        return seen[0] == self.who_am_i
+
+    def adopt(self):
+        """False: there is no other part that fits in its place."""
+        return False
+
+    def data_ready(self, enable=True):
+        """Signal each fresh gyro sample on DRDY, high until it is read."""
+        self._gyro.set_bits(_CTRL_REG3, 0x08 if enable else 0, 0x08)
 
     def accel_g(self):
         """(x, y, z) specific force in g of the last sample."""
@@ -170,6 +225,10 @@ class MinIMU9:
         chip = self._turn
         self._turn = self._accel if chip is self._gyro else self._gyro
         return chip.check()
+
+    def recheck(self):
+        """Compare the row of the last check() once more: one bit of the answer may be wrong."""
+        return (self._accel if self._turn is self._gyro else self._gyro).recheck()
 
     def repair(self):
         """Write and verify the next row; True after the last one of both chips. OSError."""

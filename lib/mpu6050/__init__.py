@@ -14,7 +14,7 @@ import micropython
 from micropython import const
 
 from mpu6050 import ranges
-from mpu6050.profiles import filter_row, identify
+from mpu6050.profiles import filter_row, identify, take_on
 from mpu6050.registers import Registers
 
 # [bits] that the driver uses; names as in RM section 3
@@ -22,6 +22,7 @@ _SMPLRT_DIV = const(0x19)
 _CONFIG = const(0x1A)  # EXT_SYNC_SET [5:3] is left alone, DLPF_CFG [2:0]
 _GYRO_CONFIG = const(0x1B)  # XG_ST YG_ST ZG_ST [7:5], FS_SEL [4:3]
 _ACCEL_CONFIG = const(0x1C)  # XA_ST YA_ST ZA_ST [7:5], AFS_SEL [4:3]
+_ACCEL_CONFIG_2 = const(0x1D)  # of the MPU-6500 family: A_DLPF_CFG [2:0]
 _FIFO_EN = const(0x23)
 _INT_PIN_CFG = const(0x37)  # INT_LEVEL [7], INT_OPEN [6], LATCH_INT_EN [5], INT_RD_CLEAR [4]
 _INT_ENABLE = const(0x38)  # DATA_RDY_EN [0]
@@ -30,9 +31,11 @@ _SIGNAL_PATH_RESET = const(0x68)  # GYRO ACCEL TEMP [2:0]
 _USER_CTRL = const(0x6A)  # FIFO_EN [6], I2C_MST_EN [5], resets [2:0] clear themselves
 _PWR_MGMT_1 = const(0x6B)  # DEVICE_RESET [7], SLEEP [6], CYCLE [5], TEMP_DIS [3], CLKSEL [2:0]
 _PWR_MGMT_2 = const(0x6C)  # LP_WAKE_CTRL [7:6], standby of each axis [5:0]
+_WHO_AM_I = const(0x75)
 
 _PLL_GYRO_X = const(0x01)  # CLKSEL: RM p. 41 recommends a gyro's clock over the internal one
 _IDLE = array("i", (0,))  # stands for a Split's words where there is none
+_EIO = const(5)
 _GYRO_START_MS = const(35)  # PS p. 12: 30 ms from sleep to within 1 % of the final value
 
 
@@ -92,26 +95,40 @@ class MPU6050(Registers):
 
     def use_bus(self, i2c):
         """Work on this bus object from now on, for instance after a bus recovery."""
-        if self._split:
-            if self._busy[0]:
-                self._split.finish()
-            del self.start, self.collect
-        self.bus, self._split, self._busy = i2c, None, _IDLE
+        self.bus = i2c
         if sys.platform == "rp2" and str(i2c).startswith("I2C("):
-            from mpu6050.split_rp2 import Split
+            if self._split:
+                self._split.use_bus(i2c)
+            else:
+                from mpu6050.split_rp2 import Split
 
-            self._split = split = Split(i2c, self.address, self.counts)
-            self._busy = split.busy
-            # on the instance, so that no Python method stands in between: 12 us a call
-            self.start, self.collect = split.start, split.collect
+                self._split = split = Split(i2c, self.address, self.counts)
+                # on the instance, so that no Python method stands in between: 12 us a call
+                self.start, self.collect, self.poll = split.start, split.collect, split.poll
+            self._busy = self._split.busy
+        elif self._split:
+            self._split, self._busy = None, _IDLE
+            del self.start, self.collect, self.poll
 
     @property
     def split(self):
         """Whether start() runs the burst in the background, so that collecting it costs less."""
         return self._split is not None
 
+    @property
+    def delay_s(self):
+        """How old the gyro's low-pass makes a sample, seconds."""
+        return ranges.delay_s(self.dlpf_hz, self.profile.family)
+
     def read(self):
         """Fetch one sample into `counts`: one 14-byte burst, one instant. OSError on failure."""
+        if self.lock:
+            with self.lock:
+                self._read()
+        else:
+            self._read()
+
+    def _read(self):
         if self._busy[0]:
             self._split.finish()
         self.bus.readfrom_mem_into(self.address, _ACCEL_XOUT_H, self._burst)
@@ -124,6 +141,27 @@ class MPU6050(Registers):
         """True when the burst has arrived in `counts`, False while the bus works; OSError."""
         self.read()
         return True
+
+    @micropython.native
+    def fetch(self):
+        """read() for a tick, which may not raise: 1, or -errno. Takes no lock."""
+        try:
+            self.bus.readfrom_mem_into(self.address, _ACCEL_XOUT_H, self._burst)
+        except OSError as error:
+            return -(error.errno or _EIO)
+        _swap(self._burst, self.counts)
+        return 1
+
+    def poll(self):
+        """For a tick: 1 when the burst that start() began has arrived in `counts`, 0 when there
+        is none of now, else -errno. Takes no lock, never raises.
+        """
+        return self.fetch()
+
+    def expire(self, age_us):
+        """A burst that start() began longer ago than this is not of now: poll() drops it."""
+        if self._split:
+            self._split.expire(age_us)
 
     def finish(self):
         """Wait for a burst under way, still to be collected: then others may use the bus."""
@@ -140,6 +178,18 @@ class MPU6050(Registers):
         if not (gx == c[5] == c[6] == c[3]):
             return True
         return not (gx == -1 or gx == -258 or gx == c[0] == c[1] == c[2])
+
+    def same_part(self):
+        """Whether the part that answers now is still the one that was identified. OSError."""
+        self.load(_WHO_AM_I, self._byte)
+        return self._byte[0] == self.who_am_i
+
+    def adopt(self):
+        """Take on the other part that same_part() has seen; False when it is unknown.
+
+        What it needs is in the table then, to be applied by configure() or repair().
+        """
+        return take_on(self, self._byte[0])
 
     def accel_g(self):
         """(x, y, z) specific force in g of the last sample."""
@@ -177,14 +227,30 @@ class MPU6050(Registers):
 
     def set_range(self, gyro_dps=None, accel_g=None):
         """Change full scales (deg/s, g) and with them the scale of all that is read later."""
-        gyro = ranges.gyro(gyro_dps or self.gyro_range_dps)
-        accel = ranges.accel(accel_g or self.accel_range_g)
-        if gyro_dps:
-            self.set_bits(_GYRO_CONFIG, gyro[0] << 3, 0x18)
-            self.gyro_range_dps, self.gyro_lsb_per_dps = gyro_dps, gyro[1]
-        if accel_g:
-            self.set_bits(_ACCEL_CONFIG, accel[0] << 3, 0x18)
-            self.accel_range_g, self.accel_lsb_per_g = accel_g, accel[1]
+        self.set_up(gyro_dps, accel_g)
+
+    def set_up(self, gyro_dps=None, accel_g=None, dlpf_hz=None, rate_hz=None):
+        """Other settings (None: as they are) for a chip that goes on measuring: registers
+        written and verified, scales changed with them. ValueError before anything is written,
+        OSError when the chip does not take them: then call it again, or configure().
+        """
+        gyro_dps = gyro_dps or self.gyro_range_dps
+        accel_g = accel_g or self.accel_range_g
+        gyro_code, gyro_lsb = ranges.gyro(gyro_dps)
+        accel_code, accel_lsb = ranges.accel(accel_g)
+        dlpf_code, gyro_rate = ranges.dlpf(dlpf_hz or self.dlpf_hz)
+        divider = ranges.divider(gyro_rate, rate_hz or self.rate_hz)
+        self.set_bits(_SMPLRT_DIV, divider, 0xFF)
+        self.set_bits(_CONFIG, dlpf_code, 0x07)
+        self.set_bits(_GYRO_CONFIG, gyro_code << 3, 0x18)
+        self.set_bits(_ACCEL_CONFIG, accel_code << 3, 0x18)
+        if self.profile.accel_filter:
+            self.set_bits(_ACCEL_CONFIG_2, dlpf_code, 0x0F)
+        self.gyro_range_dps, self.gyro_lsb_per_dps = gyro_dps, gyro_lsb
+        self.accel_range_g, self.accel_lsb_per_g = accel_g, accel_lsb
+        self.dlpf_hz, self.rate_hz = dlpf_hz or self.dlpf_hz, gyro_rate / (1 + divider)
+        if self.profile.accel_filter and gyro_rate == 8000:
+            self.rate_hz = 8000.0
 
     def data_ready(self, enable=True, active_low=False, latch=False):
         """Signal each fresh sample on INT: a 50 us pulse, or a level held until the next read."""
@@ -208,13 +274,11 @@ class MPU6050(Registers):
 
         cycle(self, hz)
 
-    def load(self, register, buffer):
-        """Fill the buffer from consecutive registers. OSError when the bus fails."""
+    def _load(self, register, buffer):
         if self._busy[0]:
             self._split.finish()
         self.bus.readfrom_mem_into(self.address, register, buffer)
 
-    def store(self, register, value):
-        """Write one register, unverified; settings go through set_bits(). OSError."""
+    def _store(self, register, value):
         self.finish()
-        super().store(register, value)
+        super()._store(register, value)

@@ -14,12 +14,14 @@ _ACCEL_CONFIG_2 = const(0x1D)  # MPU-6500 family: FCHOICE_B [3], A_DLPF_CFG [2:0
 _WHO_AM_I = const(0x75)
 _ENODEV = const(19)
 
-# accel_filter: has ACCEL_CONFIG_2; degC = counts / temp_lsb_per_c + temp_offset_c;
+# family: of ranges.FAMILIES; accel_filter: has ACCEL_CONFIG_2;
+# degC = counts / temp_lsb_per_c + temp_offset_c;
 # accel_offsets: first offset register; motion: has the motion interrupt
 Profile = namedtuple(
     "Profile",
     (
         "name",
+        "family",
         "accel_filter",
         "temp_lsb_per_c",
         "temp_offset_c",
@@ -31,11 +33,11 @@ Profile = namedtuple(
 
 
 def _like_6500(name):
-    return Profile(name, True, 333.87, 21.0, 512, 0x77, False)
+    return Profile(name, "MPU-6500", True, 333.87, 21.0, 512, 0x77, False)
 
 
 def _like_6050(name):
-    return Profile(name, False, 340.0, 36.53, 1024, 0x06, True)
+    return Profile(name, "MPU6050", False, 340.0, 36.53, 1024, 0x06, True)
 
 
 def known(who_am_i):
@@ -43,9 +45,19 @@ def known(who_am_i):
     if who_am_i == 0x68:
         return _like_6050("MPU6050")
     if who_am_i == 0x98:
-        return Profile("ICM-20689", True, 326.8, 25.0, 4096, 0x77, False)
+        return Profile("ICM-20689", "ICM-20689", True, 326.8, 25.0, 4096, 0x77, False)
     name = {0x70: "MPU-6500", 0x71: "MPU-9250", 0x73: "MPU-9255", 0x74: "MPU-6515"}.get(who_am_i)
     return _like_6500(name) if name else None
+
+
+def take_on(device, who_am_i):
+    """Give the device the Profile of another part and its rows; False when that is unknown."""
+    profile = known(who_am_i)
+    if profile is None:
+        return False
+    device.who_am_i, device.profile = who_am_i, profile
+    filter_row(device)
+    return True
 
 
 def filter_row(device):
@@ -62,25 +74,6 @@ def filter_row(device):
         rows.extend(bytes((_ACCEL_CONFIG_2, code, 0x0F)))
     device._table = rows
     device.rewind()
-
-
-def same_part(device):
-    """Whether the part that answers now is still the one that was identified. OSError."""
-    device.load(_WHO_AM_I, device._byte)
-    return device._byte[0] == device.who_am_i
-
-
-def adopt(device):
-    """Take on the other part that same_part() has seen; False when it is unknown.
-
-    What it needs is in the table then, to be applied by configure() or repair().
-    """
-    profile = known(device._byte[0])
-    if profile is None:
-        return False
-    device.who_am_i, device.profile = device._byte[0], profile
-    filter_row(device)
-    return True
 
 
 def identify(device, allow_unknown):

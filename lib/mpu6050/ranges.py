@@ -8,8 +8,19 @@ ValueError lists what there is.
 # Full scale, counts per unit (RM p. 29, 31)
 _GYRO_DPS = ((250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4))
 _ACCEL_G = ((2, 16384), (4, 8192), (8, 4096), (16, 2048))
-# Accelerometer bandwidth in Hz, the gyro's internal rate in Hz (RM p. 13)
-_DLPF_HZ = ((260, 8000), (184, 1000), (94, 1000), (44, 1000), (21, 1000), (10, 1000), (5, 1000))
+# Accelerometer bandwidth in Hz, the gyro's internal rate in Hz, and the gyro's delay in ms of an
+# MPU6050 (RM p. 13), of the MPU-6500 family (RM-MPU-6500A p. 13), and of an ICM-20689, whose data
+# sheet gives none: that of a first-order filter of its bandwidth
+_DLPF_HZ = (
+    (260, 8000, 0.98, 0.97, 0.64),
+    (184, 1000, 1.9, 2.9, 0.90),
+    (94, 1000, 2.8, 3.9, 1.73),
+    (44, 1000, 4.8, 5.9, 3.88),
+    (21, 1000, 8.3, 9.9, 7.96),
+    (10, 1000, 13.4, 17.85, 15.9),
+    (5, 1000, 18.6, 33.48, 31.8),
+)
+FAMILIES = ("MPU6050", "MPU-6500", "ICM-20689")  # in the order of the delays
 
 
 def gyro(full_scale_dps):
@@ -25,6 +36,12 @@ def accel(full_scale_g):
 def dlpf(bandwidth_hz):
     """(DLPF_CFG, internal rate of the gyro in Hz)."""
     return _row(_DLPF_HZ, bandwidth_hz, "dlpf_hz")
+
+
+def delay_s(bandwidth_hz, family):
+    """Delay of the gyro's low-pass in seconds, of one of FAMILIES."""
+    code, _ = dlpf(bandwidth_hz)
+    return _DLPF_HZ[code][2 + FAMILIES.index(family)] / 1000
 
 
 def divider(gyro_rate, rate_hz):

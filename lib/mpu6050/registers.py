@@ -15,6 +15,7 @@ class Registers:
     """
 
     NAME = "device"
+    lock = None  # a context manager to be held during each transfer, where a tick shares the bus
 
     def __init__(self, i2c, address):
         self.bus = i2c
@@ -25,10 +26,24 @@ class Registers:
 
     def load(self, register, buffer):
         """Fill the buffer from consecutive registers. OSError when the bus fails."""
-        self.bus.readfrom_mem_into(self.address, register, buffer)
+        if self.lock:
+            with self.lock:
+                self._load(register, buffer)
+        else:
+            self._load(register, buffer)
 
     def store(self, register, value):
         """Write one register, unverified; settings go through set_bits(). OSError."""
+        if self.lock:
+            with self.lock:
+                self._store(register, value)
+        else:
+            self._store(register, value)
+
+    def _load(self, register, buffer):
+        self.bus.readfrom_mem_into(self.address, register, buffer)
+
+    def _store(self, register, value):
         self._byte[0] = value
         self.bus.writeto_mem(self.address, register, self._byte)
 

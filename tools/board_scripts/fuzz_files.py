@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Runs on MicroPython's unix port and on CPython (see host_tests/test_fuzz_files_micropython.py):
+# On MicroPython's unix port and on CPython (see host_tests/tools/test_fuzz_files_micropython.py):
 # loads each set of hostile files in CORPUS, saves over it, loads again. One line of JSON for each:
 # values other than the defaults, warnings, whether the save mended it. The last line: the longest
 # load in ms. CORPUS and sys.path are set before.
@@ -9,10 +9,10 @@ import json
 import os
 import time
 
-from mpu6050.calibration import Calibration
+from calibration import Calibration
 
+from firmware.calibration import load_calibration, save_calibration
 from firmware.config import KNOBS, Config
-from firmware.keeping import load_calibration, save_calibration
 
 DEFAULTS = {
     "config": {row[0]: row[1] for row in KNOBS},

@@ -19,7 +19,7 @@ def _calibration(n):
 
     So much does littlefs keep within a directory here; more gets a block of its own.
     """
-    from mpu6050.calibration import Calibration
+    from calibration import Calibration
 
     if not n:
         return Calibration()
@@ -43,7 +43,7 @@ def save(kind, n):
     if kind == "config":
         _config(n).save()
     else:
-        from firmware import keeping
+        from firmware import calibration as keeping
 
         keeping.save_calibration(_calibration(n))
 
@@ -56,7 +56,7 @@ def loaded(kind):
         n = config.rate_hz - 100 if config.rate_hz != 250 else 0
         same = config._values == _config(n)._values
     else:
-        from firmware import keeping
+        from firmware import calibration as keeping
 
         cal, warnings = keeping.load_calibration()
         n = int(cal.gyro_bias_dps[0])

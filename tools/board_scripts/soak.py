@@ -10,8 +10,8 @@ from array import array
 import micropython
 from attitude.fixed import Attitude
 
-from firmware import guard
-from firmware.timing import Timing, account
+from firmware.tick import judge as guard
+from firmware.tick.timing import Timing, account
 
 STEP_US = 1000000 // RATE_HZ
 

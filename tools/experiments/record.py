@@ -6,9 +6,9 @@ import struct
 import numpy as np
 from attitude.fixed.folding import Ideal
 
-from tools.virtual import quaternions, registers
 from tools.virtual.bus import Bus
-from tools.virtual.chip import MPU6050Chip
+from tools.virtual.chip import MPU6050Chip, registers
+from tools.virtual.motion import quaternions
 
 LSB_PER_G = 4096  # +-8 g, papers 001 and 004
 LSB_PER_DPS = 65.5  # +-500 deg/s

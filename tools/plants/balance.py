@@ -18,7 +18,7 @@ The sensor sits on the body `height_m` above the axle and feels what accelerates
 import math
 
 from tools.plants.plant import Plant, Pulses
-from tools.virtual import quaternions as quat
+from tools.virtual.motion import quaternions as quat
 
 _G = 9.80665
 _DEG = math.pi / 180

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from tools.plants.plant import Plant, Pulses
-from tools.virtual import quaternions as quat
+from tools.virtual.motion import quaternions as quat
 
 _DEG = math.pi / 180
 

@@ -15,7 +15,7 @@ the same until it moves. That is why its attitude must come from the gyro for se
 import math
 
 from tools.plants.plant import Plant, Pulses
-from tools.virtual import quaternions as quat
+from tools.virtual.motion import quaternions as quat
 
 _G = 9.80665
 _DEG = math.pi / 180

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Debian packages: compilers from the machine's own suite, sources from trixie.
+"""Debian packages: compilers from the machine's own suite, sources from newer ones.
 
-MicroPython's sources come from the suite that has the release; it is asked through a private apt
-folder with the mirror that the machine already uses, so that its own lists stay as they are.
+MicroPython's sources come from the suites that have the release; they are asked through a private
+apt folder with the mirror that the machine already uses, so that its own lists stay as they are.
 """
 
 import os
@@ -12,9 +12,9 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from tools.virtual.images.releases import SDK_SUITE
 from tools.virtual.images.workshop import FirmwareError, run, say
 
-SUITE = "trixie"
 KEYRING = "/usr/share/keyrings/debian-archive-keyring.gpg"
 IS_X86_64 = platform.machine() == "x86_64"
 COMMON = ("gcc", "g++", "libc6-dev", "make", "python3", "xz-utils", "bzip2")
@@ -62,14 +62,15 @@ def _installed(name):
     return "install ok installed" in done.stdout
 
 
-def download_sources(folder):
+def download_sources(folder, release):
     """MicroPython and mbedtls sources, pico-sdk and tinyusb packages, as files in `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
-    options = _private_apt(folder / "apt")
-    run(f"reading the lists of {SUITE}", "apt-get", *options, "update", "-q")
+    options = _private_apt(folder / "apt", release)
+    run(f"reading the lists of {' '.join(release.suites)}", "apt-get", *options, "update", "-q")
     run(
         "downloading MicroPython and mbedtls",
-        *("apt-get", *options, "source", "-q", "--download-only", "micropython", "mbedtls"),
+        *("apt-get", *options, "source", "-q", "--download-only"),
+        *(f"micropython={_source_version(options, release)}", f"mbedtls/{SDK_SUITE}"),
         cwd=folder,
     )
     run(
@@ -79,15 +80,34 @@ def download_sources(folder):
     )
 
 
-def _private_apt(folder):
+def _source_version(options, release):
+    """Debian's version of the release's source package; suites move on, then it is gone."""
+    command = ["apt-cache", *options, "showsrc", "micropython"]
+    listed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    there = re.findall(r"^Version: (\S+)$", listed, re.MULTILINE)
+    fitting = [v for v in there if re.split(r"[+~-]", v)[0] == release.version]
+    if not fitting:
+        raise FirmwareError(
+            f"the mirror has no sources of MicroPython {release.version} in "
+            f"{', '.join(release.suites)} (there: {', '.join(sorted(set(there))) or 'none'}): "
+            f"fetch {release.official} and set PLUMB_FIRMWARE to it"
+        )
+    return fitting[0]
+
+
+def _private_apt(folder, release):
     """Options that make apt-get use `folder` for its sources, lists and cache."""
     for name in ("lists/partial", "cache/archives/partial"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     mirror, signed_by = find_mirror(Path("/etc/apt"))
     sources = folder / "plumb.sources"
+    wanted = dict.fromkeys(release.suites, "deb-src") | {SDK_SUITE: "deb deb-src"}
     sources.write_text(
-        f"Types: deb deb-src\nURIs: {mirror}\nSuites: {SUITE}\nComponents: main\n"
-        f"Signed-By: {signed_by}\n"
+        "\n".join(
+            f"Types: {types}\nURIs: {mirror}\nSuites: {suite}\nComponents: main\n"
+            f"Signed-By: {signed_by}\n"
+            for suite, types in wanted.items()
+        )
     )
     settings = {
         "Dir::Etc::sourcelist": sources,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One tree of MicroPython's sources with what its ports need, in the cache."""
+"""A tree of a MicroPython release's sources with what its ports need, in the cache."""
 
 import os
 import shutil
@@ -9,30 +9,27 @@ from pathlib import Path
 from tools.virtual.images.packages import download_sources
 from tools.virtual.images.workshop import FirmwareError, cache_dir, run
 
-VERSION = "1.25.0"
 JOBS = str(os.cpu_count() or 1)
 # The makefiles look at these to see whether a git submodule is there.
 MARKERS = ("lib/pico-sdk/README.md", "lib/micropython-lib/README.md")
 PACKAGED = {"pico-sdk-source": "pico-sdk", "tinyusb-source": "tinyusb"}
 
 
-def source_tree():
-    """The unpacked tree, its mpy-cross built; made on the first call (a minute and a half)."""
-    tree = cache_dir() / f"source-{VERSION}"
+def source_tree(release):
+    """The unpacked tree; made on the first call (ten seconds)."""
+    tree = cache_dir() / f"source-{release.version}"
     if not tree.exists():
         with tempfile.TemporaryDirectory(dir=cache_dir()) as scratch:
             made = Path(scratch) / "micropython"
-            _make(Path(scratch), made)
+            _make(Path(scratch), made, release)
             os.replace(made, tree)
-    if not (tree / "mpy-cross" / "build" / "mpy-cross").exists():
-        run("building mpy-cross", "make", "-C", tree / "mpy-cross", "-j", JOBS)
     return tree
 
 
-def _make(scratch, tree):
+def _make(scratch, tree, release):
     downloads = scratch / "downloads"
-    download_sources(downloads)
-    _unpack(_one(downloads, f"micropython_{VERSION}*.orig.tar.*"), tree)
+    download_sources(downloads, release)
+    _unpack(_one(downloads, f"micropython_{release.version}*.orig.tar.*"), tree)
     _unpack(_one(downloads, "mbedtls_3.*.orig.tar.*"), tree / "lib" / "mbedtls")
     for package, name in PACKAGED.items():
         run(f"unpacking {name}", "dpkg-deb", "-x", _one(downloads, f"{package}_*.deb"), scratch)

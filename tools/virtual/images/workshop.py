@@ -38,13 +38,15 @@ def one_builder():
         yield
 
 
-def run(step, *command, cwd=None):
-    """Run a command; output to `<cache>/build.log`. FirmwareError with its last lines."""
+def run(step, *command, cwd=None, **variables):
+    """Run a command; output to `<cache>/build.log`. FirmwareError with its last lines.
+
+    `variables` are added to the environment.
+    """
     log_path = cache_dir() / "build.log"
     say(f"{step} ...")
     began = time.monotonic()
-    environment = {**os.environ, "LC_ALL": "C", "DEBIAN_FRONTEND": "noninteractive"}
-    environment["SOURCE_DATE_EPOCH"] = "1744675200"  # the release's own day, in its banner
+    environment = {**os.environ, "LC_ALL": "C", "DEBIAN_FRONTEND": "noninteractive", **variables}
     with open(log_path, "ab") as log:
         log.write(f"\n== {step}: {' '.join(map(str, command))}\n".encode())
         log.flush()

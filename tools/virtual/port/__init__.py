@@ -5,10 +5,11 @@ a port.
 
 import sys
 
+from tools.virtual.viper import ViperTypeError, install_types
+
 from .micropython import make_module
 from .outputs import VirtualReset
 from .port import Port
-from .viper import ViperTypeError, install_types
 
 
 def install_micropython():

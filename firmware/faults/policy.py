@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+"""What counts as a fault in flight, how it is seen and what is done: a table.
+
+Whatever the fault, its sample is not used: the tick predicts with the last good rate and keeps
+the age of that sample (firmware.tick). From `failsafe_ms` on the estimate is stale and outputs go
+to their safe values. The tick counts; the foreground decides here and acts (firmware.faults.mend).
+"""
+
+from collections import namedtuple
+
+from micropython import const
+
+HOLD = const(0)  # nothing but the prediction; the next tick tries again
+VERIFY = const(1)  # compare all registers with the configuration, and WHO_AM_I; else REPAIR
+REPAIR = const(2)  # write the configuration again; settle
+RESET = const(3)  # reset the chip first, and wait; then REPAIR
+RECOVER = const(4)  # nine clocks, STOP, a new I2C object; then VERIFY
+RING = const(5)  # the tick waits until the sensor's low-pass has forgotten it
+ADOPT = const(6)  # another known part: take its profile, REPAIR, start the estimate anew
+
+# causes: places in the table, and in the tick's counts
+NACK = const(1)
+TIMEOUT = const(2)
+FILL = const(3)
+FROZEN = const(4)
+JUMP = const(5)
+SATURATED = const(6)
+REGISTER = const(7)
+ANOTHER = const(8)
+CLOCK = const(9)
+UNVERIFIED = const(11)  # no fault: bursts come again, and the chip may have lost its settings
+
+# after: how many in a row until the action (0: never)
+Row = namedtuple("Row", ("cause", "seen", "after", "action"))
+
+POLICY = (
+    Row("good", "", 0, HOLD),
+    Row("nack", "the sensor does not acknowledge (EIO, ENODEV)", 8, RECOVER),
+    Row("timeout", "the bus does not move (ETIMEDOUT)", 1, RECOVER),
+    Row("fill", "temperature and gyro all equal: asleep, or a broken transfer", 1, VERIFY),
+    Row("frozen", "the same 14 bytes for longer than a sensor's noise allows", 25, RESET),
+    Row("jump", "a rate or force that leaps for one or two samples", 0, HOLD),
+    Row("saturated", "a rate at its full scale: the true one is larger", 0, RING),
+    Row("register", "a register, read twice, does not hold its setting", 1, REPAIR),
+    Row("another", "WHO_AM_I is that of another part", 1, ADOPT),
+    Row("clock", "the ticks' mean period is more than 1.5 % off: the filter follows", 0, HOLD),
+)
+
+_RARELY = const(8)  # times the count of the table: how often at least the action is repeated
+
+
+def action(cause, in_row, acted):
+    """What to do about `in_row` ticks in a row without a good sample, the last fault `cause`.
+
+    acted: in_row when the action was taken last, 0: not yet. It comes again after twice, four and
+    eight times as many, then after each eight times: a broken bus must not cost more than a good
+    one.
+    """
+    row = POLICY[cause]
+    if not row.after or in_row < row.after:
+        return HOLD
+    due = min(2 * acted, acted + _RARELY * row.after) if acted else row.after
+    return row.action if in_row >= due else HOLD

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""The integer attitude's array: every file means the same place by the same name.
+
+The list is the table in the docstring of attitude/fixed/attitude/__init__.py.
+"""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parents[2] / "lib" / "attitude" / "fixed" / "attitude"
+FILES = {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
+WRITER = {"__init__": "set", "coefficients": "set", "bias_view": "view"}
+NO_PLACES = {"_MOST", "_STEPS"}
+ROW = re.compile(r"(\d+)(?:-(\d+))? +(-|[A-Z_0-9]+) +(\S.*?) {2,}([a-z]+(?:, [a-z]+)*)$")
+
+
+def table():
+    """[(first, last, name or "-", writers)] of the docstring."""
+    text = ast.get_docstring(ast.parse(FILES["__init__"].read_text()))
+    rows = []
+    for line in text.split("written by\n")[1].splitlines():
+        found = ROW.match(line)
+        assert found, line
+        first, last, name, _, writers = found.groups()
+        rows.append((int(first), int(last or first), name, writers.split(", ")))
+    return rows
+
+
+def constants(path):
+    """{name: value} of the file's const()s."""
+    found = {}
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
+            call = node.value
+            if isinstance(call.func, ast.Name) and call.func.id == "const":
+                found[node.targets[0].id] = ast.literal_eval(call.args[0])
+    return found
+
+
+def stores(path):
+    """Places that the file stores to: a number, a const() or one of them plus something."""
+    names = constants(path)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not (isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store)):
+            continue
+        if isinstance(node.value, ast.Name) and node.value.id == "kept":
+            continue  # an array of its own
+        place = node.slice.left if isinstance(node.slice, ast.BinOp) else node.slice
+        if isinstance(place, ast.Constant):
+            yield place.value
+        elif isinstance(place, ast.Name) and place.id in names:
+            yield names[place.id]
+
+
+def test_the_table_has_every_place_once():
+    rows = table()
+    places = [place for first, last, _, _ in rows for place in range(first, last + 1)]
+    assert places == list(range(constants(FILES["__init__"])["_STATE_END"]))
+    names = [name for _, _, name, _ in rows if name != "-"]
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_constant_is_that_of_the_table(name):
+    starts = {"_" + row: first for first, _, row, _ in table()}
+    borders = {border for first, last, *_ in table() for border in (first, last + 1)}
+    for const, value in constants(FILES[name]).items():
+        if const.endswith(("_STATE", "_END")):
+            assert value in borders, const
+        elif const not in NO_PLACES:
+            assert starts.get(const) == value, const
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_only_those_named_write_a_place(name):
+    for place in stores(FILES[name]):
+        row = next(row for row in table() if row[0] <= place <= row[1])
+        assert WRITER.get(name, name) in row[3], row

@@ -1,0 +1,344 @@
+# SPDX-License-Identifier: MIT
+"""The step of the integer Attitude: one viper function, since a call costs as much as a filter.
+
+Places and formats: this folder's __init__. The sum of two "inc" is the trapezoid's half angle.
+No intermediate result leaves 32 bits for any counts; the bounds it rests on, all the same for any
+range, rate (folding.check_rate) and calibration (folding):
+
+    calibrated accelerometer   65000 counts: 2^16, so times a Q15 matrix element below 2^31
+    STEP                       at most 1.05 * 2^15; so is K times STEP by 2^15
+    half angle of a sample     0.42 rad: 2^28.8; its square Q30 below 2^28
+    |q|                        1 within 0.25 %, as the trim follows each turn by one sample
+    level acceleration e       55 g * 2^24 = 2^29.8; velocity clamped to 64 g, position to 15.5 g,
+                               so e - 2 p and v - 2 p are below 2^30.7
+    correction of a sample     clamped to 0.05 rad of half angle
+    lag_s * rate               1.2 rad Q15 (coefficients cuts lag_s)
+
+The tests run it under the checked viper with inputs made to break these.
+"""
+
+import micropython
+from micropython import const
+
+from attitude.fixed.attitude.bias_view import view
+from attitude.fixed.attitude.slow import slow
+
+_ACCEL = const(0)
+_GYRO = const(12)
+_GYRO_SHIFT = const(24)
+_STEP = const(25)
+_RATE = const(26)
+_RATE_SHIFT = const(27)
+_E_SHIFT = const(28)
+_LAG_PRE = const(29)
+_LAG = const(30)
+_LAG_POST = const(31)
+_ONE = const(32)
+_SEQ = const(55)
+_W = const(56)
+_X = const(57)
+_Y = const(58)
+_Z = const(59)
+_TRIM = const(60)
+_LAST = const(61)
+_BIAS = const(64)
+_FRACTION = const(67)
+_VX = const(70)
+_VY = const(71)
+_PX = const(72)
+_PY = const(73)
+_K = const(74)
+_K_SHIFT = const(75)
+_K_HALF = const(76)
+_LEFT = const(77)
+_COUNT = const(78)
+_OVER = const(79)
+_DUE = const(80)
+_SUM = const(82)
+_ROLL = const(88)
+_YAW = const(90)
+_RATES = const(91)
+_FORCE = const(94)
+
+
+@micropython.viper
+def step(self, counts: ptr16):
+    """One sample: counts as the sensor gives them, ax ay az temp gx gy gz (int16)."""
+    s = ptr32(self._s)
+    x = (int(counts[0]) ^ 0x8000) - 0x8000
+    y = (int(counts[1]) ^ 0x8000) - 0x8000
+    z = (int(counts[2]) ^ 0x8000) - 0x8000
+    ax = (s[0] * x + s[1] * y + s[2] * z + s[9]) >> 14
+    ay = (s[3] * x + s[4] * y + s[5] * z + s[10]) >> 14
+    az = (s[6] * x + s[7] * y + s[8] * z + s[11]) >> 14
+    # within 16 counts of full scale (x ^ x >> 31 is |x|, or one less): saturated
+    t = (x ^ x >> 31) + 16 | (y ^ y >> 31) + 16 | (z ^ z >> 31) + 16
+    stuck = t >> 15
+    x = (int(counts[4]) ^ 0x8000) - 0x8000
+    y = (int(counts[5]) ^ 0x8000) - 0x8000
+    z = (int(counts[6]) ^ 0x8000) - 0x8000
+    t = (x ^ x >> 31) + 16 | (y ^ y >> 31) + 16 | (z ^ z >> 31) + 16
+    s[_OVER] |= t >> 15
+    gx = (s[12] * x + s[13] * y + s[14] * z + s[21]) >> s[_GYRO_SHIFT]
+    gy = (s[15] * x + s[16] * y + s[17] * z + s[22]) >> s[_GYRO_SHIFT]
+    gz = (s[18] * x + s[19] * y + s[20] * z + s[23]) >> s[_GYRO_SHIFT]
+    s[_SUM] += gx
+    s[_SUM + 1] += gy
+    s[_SUM + 2] += gz
+    s[_SUM + 3] += ax
+    s[_SUM + 4] += ay
+    s[_SUM + 5] += az
+
+    s[_FORCE] = ax
+    s[_FORCE + 1] = ay
+    s[_FORCE + 2] = az
+
+    # rates less bias; half angle of this sample by the trapezoid rule, Q30
+    t = s[_BIAS] + s[_FRACTION]
+    gx -= t >> 8
+    s[_FRACTION] = t & 255
+    t = s[_BIAS + 1] + s[_FRACTION + 1]
+    gy -= t >> 8
+    s[_FRACTION + 1] = t & 255
+    t = s[_BIAS + 2] + s[_FRACTION + 2]
+    gz -= t >> 8
+    s[_FRACTION + 2] = t & 255
+    m = s[_STEP]
+    t = gx + s[_LAST]
+    x = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
+    t = gy + s[_LAST + 1]
+    y = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
+    t = gz + s[_LAST + 2]
+    z = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
+    s[_LAST] = gx
+    s[_LAST + 1] = gy
+    s[_LAST + 2] = gz
+    m = s[_RATE]
+    n = s[_RATE_SHIFT]
+    s[_RATES] = (gx >> 15) * m + ((gx & 0x7FFF) * m >> 15) >> n
+    s[_RATES + 1] = (gy >> 15) * m + ((gy & 0x7FFF) * m >> 15) >> n
+    s[_RATES + 2] = (gz >> 15) * m + ((gz & 0x7FFF) * m >> 15) >> n
+
+    # sin|x| / |x| = 1 - f, f Q20; 1 - cos|x| and the trim of |q| are g, Q18
+    xh = (x + 16384) >> 15
+    yh = (y + 16384) >> 15
+    zh = (z + 16384) >> 15
+    t = xh * xh + yh * yh + zh * zh
+    g = t >> 15
+    g = g * g >> 12
+    f = ((t >> 10) * 10923 >> 16) - (g * 546 >> 16)
+    g = (t >> 13) - (g * 683 >> 16) + s[_TRIM]
+    x -= xh * f >> 5
+    y -= yh * f >> 5
+    z -= zh * f >> 5
+
+    # q times (1, x, y, z): factors in two parts of 15 bits, v = vh 2^15 + vl, |vl| <= 2^14
+    xh = (x + 16384) >> 15
+    yh = (y + 16384) >> 15
+    zh = (z + 16384) >> 15
+    x -= xh << 15
+    y -= yh << 15
+    z -= zh << 15
+    qw = s[_W]
+    qx = s[_X]
+    qy = s[_Y]
+    qz = s[_Z]
+    wh = (qw + 16384) >> 15
+    ih = (qx + 16384) >> 15
+    jh = (qy + 16384) >> 15
+    kh = (qz + 16384) >> 15
+    w = qw - (wh << 15)
+    i = qx - (ih << 15)
+    j = qy - (jh << 15)
+    k = qz - (kh << 15)
+    t = ih * x + jh * y + kh * z + i * xh + j * yh + k * zh
+    qw -= (wh * g >> 3) + ih * xh + jh * yh + kh * zh + ((t + 16384) >> 15)
+    t = wh * x + jh * z - kh * y + w * xh + j * zh - k * yh
+    qx += wh * xh + jh * zh - kh * yh + ((t + 16384) >> 15) - (ih * g >> 3)
+    t = wh * y + kh * x - ih * z + w * yh + k * xh - i * zh
+    qy += wh * yh + kh * xh - ih * zh + ((t + 16384) >> 15) - (jh * g >> 3)
+    t = wh * z + ih * y - jh * x + w * zh + i * yh - j * xh
+    qz += wh * zh + ih * yh - jh * xh + ((t + 16384) >> 15) - (kh * g >> 3)
+
+    # two rows of the rotation matrix, Q15
+    wh = (qw + 16384) >> 15
+    ih = (qx + 16384) >> 15
+    jh = (qy + 16384) >> 15
+    kh = (qz + 16384) >> 15
+    w = wh * wh - kh * kh + 16384
+    t = ih * ih - jh * jh
+    r00 = (w + t) >> 15
+    r11 = (w - t) >> 15
+    t = ih * jh + 8192
+    w = wh * kh
+    r01 = (t - w) >> 14
+    r10 = (t + w) >> 14
+    r02 = (ih * kh + wh * jh + 8192) >> 14
+    r12 = (jh * kh - wh * ih + 8192) >> 14
+
+    # level part of the acceleration, twice integrated with a leak, all in g * 2^24
+    m = s[_K] * s[_STEP] >> 15
+    n = s[_K_SHIFT]
+    half = s[_K_HALF]
+    px = s[_PX]
+    py = s[_PY]
+    if stuck:
+        x = 0
+        y = 0
+        i = 0
+        j = 0
+    else:
+        x = ((r00 * ax >> 2) + (r01 * ay >> 2) + (r02 * az >> 2)) >> s[_E_SHIFT]
+        y = ((r10 * ax >> 2) + (r11 * ay >> 2) + (r12 * az >> 2)) >> s[_E_SHIFT]
+        i = s[_VX]
+        j = s[_VY]
+    t = x - (px << 1)
+    i += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
+    t = y - (py << 1)
+    j += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
+    if i > 1073000000:
+        i = 1073000000
+    elif i < -1073000000:
+        i = -1073000000
+    if j > 1073000000:
+        j = 1073000000
+    elif j < -1073000000:
+        j = -1073000000
+    s[_VX] = i
+    s[_VY] = j
+    t = i - (px << 1)
+    px += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
+    t = j - (py << 1)
+    py += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
+    if px > 260000000:
+        px = 260000000
+    elif px < -260000000:
+        px = -260000000
+    if py > 260000000:
+        py = 260000000
+    elif py < -260000000:
+        py = -260000000
+    s[_PX] = px
+    s[_PY] = py
+
+    # turn q in the earth frame by the half angles x = k py / 2, y = -k px / 2, Q30
+    n -= 2
+    t = py << 3
+    x = ((t >> 15) * m + ((t & 0x7FFF) * m >> 15)) >> n
+    t = 0 - (px << 3)
+    y = ((t >> 15) * m + ((t & 0x7FFF) * m >> 15)) >> n
+    if x > 53687091:
+        x = 53687091
+    elif x < -53687091:
+        x = -53687091
+    if y > 53687091:
+        y = 53687091
+    elif y < -53687091:
+        y = -53687091
+    xh = x >> 15
+    yh = y >> 15
+    i = x & 0x7FFF
+    j = y & 0x7FFF
+    s[_W] = qw - xh * ih - yh * jh - ((i * ih + j * jh + 16384) >> 15)
+    s[_X] = qx + xh * wh + yh * kh + ((i * wh + j * kh + 16384) >> 15)
+    s[_Y] = qy + yh * wh - xh * kh + ((j * wh - i * kh + 16384) >> 15)
+    s[_Z] = qz + xh * jh - yh * ih + ((i * jh - j * ih + 16384) >> 15)
+
+    s[_SEQ] = (s[_SEQ] + 1) & 0x3FFFFFFF
+    s[_COUNT] += 1
+    if s[_DUE]:  # one sample later, so that the work is spread
+        s[_DUE] = 0
+        view(self._s)
+    t = s[_LEFT] - s[_STEP]
+    s[_LEFT] = t
+    if t <= 0:
+        slow(self._s)
+
+    # rotation matrix, Q15, its last row in (i, j, k), and how far |q| is off
+    wh = (s[_W] + 16384) >> 15
+    ih = (s[_X] + 16384) >> 15
+    jh = (s[_Y] + 16384) >> 15
+    kh = (s[_Z] + 16384) >> 15
+    w = wh * wh
+    i = ih * ih
+    j = jh * jh
+    k = kh * kh
+    s[_TRIM] = (w + i + j + k - s[_ONE]) >> 13
+    t = w - k + 16384
+    r00 = (t + i - j) >> 15
+    r11 = (t - i + j) >> 15
+    k = (w + k - i - j + 16384) >> 15
+    t = ih * jh + 8192
+    w = wh * kh
+    r01 = (t - w) >> 14
+    r10 = (t + w) >> 14
+    t = ih * kh + 8192
+    w = wh * jh
+    r02 = (t + w) >> 14
+    i = (t - w) >> 14
+    t = jh * kh + 8192
+    w = wh * ih
+    r12 = (t - w) >> 14
+    j = (t + w) >> 14
+
+    # lag: turned on by (a, b, c) = rate * lag_s, Q15, to the second order
+    t = s[_LAG]
+    m = s[_LAG_PRE]
+    n = s[_LAG_POST]
+    a = (gx >> m) * t >> n
+    b = (gy >> m) * t >> n
+    c = (gz >> m) * t >> n
+    x = j * c - k * b + 16384 >> 15
+    y = k * a - i * c + 16384 >> 15
+    z = i * b - j * a + 16384 >> 15
+    i += x + (y * c - z * b >> 16)
+    j += y + (z * a - x * c >> 16)
+    k += z + (x * b - y * a >> 16)
+    x = 32768 - (b * b + c * c >> 16)
+    y = c + (a * b >> 16)
+    z = (a * c >> 16) - b
+    gy = r10 * x + r11 * y + r12 * z >> 15
+    gx = r00 * x + r01 * y + r02 * z >> 15
+
+    # roll = atan2(j, k), pitch = atan2(-i, |j, k|), yaw = atan2(gy, gx): attitude.fixed.intmath
+    y = j
+    x = k
+    n = _ROLL
+    while True:
+        a = y if y >= 0 else 0 - y
+        b = x if x >= 0 else 0 - x
+        steep = a > b
+        if steep:
+            t = b
+            b = a
+            a = t
+        m = 0
+        u = 0
+        if b:
+            t = ((a << 15) + (b >> 1)) // b
+            u = t * t >> 15
+            f = 4777 * u >> 15
+            f = (f - 19516) * u >> 15
+            f = (f + 41289) * u >> 15
+            f = (f - 75700) * u + 16384 >> 15
+            m = t * 57288 + (t * f >> 2) + 16384 >> 15
+            if steep:
+                m = 90000 - m
+            if x < 0:
+                m = 180000 - m
+            if y < 0:
+                m = 0 - m
+        s[n] = m
+        if n == _YAW:
+            break
+        if n == _ROLL:
+            f = 726 * u >> 15
+            f = (3039 - f) * u >> 15
+            f = (f - 7911) * u >> 15
+            f = (f + 32744) * u + 16384 >> 15
+            x = b + (b * f + 32768 >> 16)
+            y = 0 - i
+        else:
+            y = gy
+            x = gx
+        n += 1

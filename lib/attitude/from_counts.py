@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""Float filters fed with counts, with the integer ones' interface: millidegrees out.
+
+FloatAttitude(rate_hz, gyro_dps, accel_g, and Attitude's settings by name)
+FloatTilt(KalmanTilt, rate_hz, gyro_dps, accel_g, and its settings by name); or Complementary
+
+They are given the measured time with each sample.
+"""
+
+from attitude.attitude import Attitude
+from attitude.float_base import FromCounts, go_on_with
+from attitude.standing import angles_deg, of_angles
+from attitude.tilt import accel_tilt_deg
+
+
+class FloatAttitude(FromCounts):
+    """The float Attitude: free motion."""
+
+    def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
+        super().__init__(rate_hz, gyro_dps, accel_g, settings)
+
+    def _make(self, settings):
+        full = {"gyro_range_dps": self.gyro_dps, "accel_range_g": self.accel_g}
+        return (Attitude(self.rate_hz, **full, **settings),)
+
+    def _update(self, gyro, accel, dt_s):
+        core = self.cores[0]
+        core.update(*gyro, *accel, dt_s)
+        self._tell((core.roll_deg, core.pitch_deg, core.yaw_deg), core.rates_dps())
+        self.out[9] = core.at_rest
+
+    @property
+    def at_rest(self):
+        """True when it has stood still for a while."""
+        return self.cores[0].at_rest
+
+    @property
+    def bias_dps(self):
+        """Gyro bias as estimated on top of the calibration, deg/s."""
+        return self.cores[0].bias_dps
+
+    def quaternion(self):
+        """(w, x, y, z), sensor to earth, for now."""
+        return self.cores[0].quaternion()
+
+    def linear_accel_g(self):
+        """Acceleration without gravity in the robot's frame, g, of the last sample."""
+        return self.cores[0].linear_accel_g()
+
+    def reset(self):
+        """Forget everything; the next sample starts anew with yaw 0."""
+        self.cores[0].reset()
+
+    def relevel(self):
+        """After a gap: the next samples level anew; yaw, bias and what is known of it stay."""
+        self.cores[0].relevel()
+
+    def state(self):
+        """What set_state() takes to continue here."""
+        return self.cores[0].state()
+
+    def set_state(self, state):
+        """Continue from a state() of the same kind."""
+        self.cores[0].set_state(state)
+
+    # ---- for attitude.standing
+
+    def standing(self):
+        """Where it stands."""
+        return self.cores[0].standing()
+
+    def alike(self, other):
+        """Whether the other's state() is understood here."""
+        return isinstance(other, FloatAttitude)
+
+    def place(self, q):
+        """The same with another attitude."""
+        core = self.cores[0]
+        core.place(q)
+        self._tell((core.roll_deg, core.pitch_deg, core.yaw_deg), core.rates_dps())
+
+    def begin_at(self, there):
+        """Begin there, past the time of levelling."""
+        self.cores[0].begin_at(*there)
+        self.place(there[0])
+
+
+class FloatTilt(FromCounts):
+    """Two one-axis filters, for roll and pitch; yaw stays 0.
+
+    What bias they cannot tell (that about z; all of Complementary's) is what go_on_from() brought.
+    """
+
+    def __init__(self, kind, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
+        self._kind = kind
+        self._brought = (0.0, 0.0, 0.0)  # deg/s
+        self._started = self._seen = False
+        super().__init__(rate_hz, gyro_dps, accel_g, settings)
+
+    def _make(self, settings):
+        return self._kind(**settings), self._kind(**settings)
+
+    def _update(self, gyro, accel, dt_s):
+        angles = accel_tilt_deg(*accel)
+        if not self._started:
+            self._started = self._seen = True
+            self._set_angles(angles)
+        gyro = [g - b for g, b in zip(gyro, self._brought)]
+        roll, pitch = self.cores
+        angles = (roll.update(angles[0], gyro[0], dt_s), pitch.update(angles[1], gyro[1], dt_s))
+        rates = [g - getattr(core, "bias_dps", 0.0) for g, core in zip(gyro, self.cores)]
+        self._tell((*angles, 0.0), (*rates, gyro[2]))
+
+    def _set_angles(self, angles_deg):
+        for core, angle in zip(self.cores, angles_deg):
+            core.angle_deg = angle
+
+    @property
+    def bias_dps(self):
+        """Gyro bias on top of the calibration, deg/s."""
+        own = [getattr(core, "bias_dps", 0.0) for core in self.cores] + [0.0]
+        return tuple([a + b for a, b in zip(own, self._brought)])
+
+    def reset(self):
+        """Start anew on the next sample, with bias 0."""
+        self._started = self._seen = False
+        self._brought = (0.0, 0.0, 0.0)
+        for core in self.cores:
+            core.reset()
+
+    def relevel(self):
+        """Start at the accelerometer's angles of the next sample; the bias stays."""
+        self._started = False
+
+    def state(self):
+        """What set_state() takes to continue here."""
+        return (self._started, self._seen, self._brought) + tuple([c.state() for c in self.cores])
+
+    def set_state(self, state):
+        """Continue from a state() of the same kind."""
+        self._started, self._seen, self._brought = state[:3]
+        for core, own in zip(self.cores, state[3:]):
+            go_on_with(core, own)
+
+    # ---- for attitude.standing
+
+    def standing(self):
+        """Where it stands: yaw 0, and nobody has said what its bias is at rest."""
+        if not self._seen:
+            return None
+        roll, pitch = self.cores
+        rates = [rate / 1000.0 for rate in self.rates_mdps]
+        return of_angles(roll.angle_deg, pitch.angle_deg, 0.0), rates, self.bias_dps, None
+
+    def alike(self, other):
+        """Whether the other's state() is understood here."""
+        return isinstance(other, FloatTilt) and other._kind is self._kind
+
+    def place(self, q):
+        """The same with another attitude, but for its yaw."""
+        roll, pitch, _ = angles_deg(q)
+        self._set_angles((roll, pitch))
+        self._tell((roll, pitch, 0.0), [rate / 1000.0 for rate in self.rates_mdps])
+
+    def begin_at(self, there):
+        """Begin there."""
+        q, rates, bias, _ = there
+        self.reset()
+        self._started = self._seen = True
+        self._brought = tuple(bias)
+        if hasattr(self.cores[0], "bias_dps"):
+            for core, own in zip(self.cores, bias):
+                core.bias_dps = own
+            self._brought = (0.0, 0.0, bias[2])
+        self._tell((0.0, 0.0, 0.0), rates)
+        self.place(q)
