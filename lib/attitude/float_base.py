@@ -20,6 +20,7 @@ class FromCounts:
 
     timed = True  # update() needs the measured time
     at_rest = False  # of filters that do not watch for it
+    knows_yaw = False  # of filters of roll and pitch only
 
     def __init__(self, rate_hz, gyro_dps, accel_g, settings):
         self.rate_hz = rate_hz

@@ -16,6 +16,8 @@ from attitude.tilt import accel_tilt_deg
 class FloatAttitude(FromCounts):
     """The float Attitude: free motion."""
 
+    knows_yaw = True
+
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         super().__init__(rate_hz, gyro_dps, accel_g, settings)
 
