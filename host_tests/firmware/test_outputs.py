@@ -202,7 +202,7 @@ def test_controllers_are_told_the_period_whenever_it_changes(flying, board):
 
 
 def test_a_soft_output_is_told_how_many_ticks_it_missed(flying):
-    rig, motor = flying("hard", False)
+    rig, _ = flying("hard", False)
     assert rig.app.outputs.late == 0
     rig.port.clock.hold(round(0.04e9))
     rig.port.run_ms(8)
