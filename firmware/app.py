@@ -31,7 +31,9 @@ _ODD = const(0)
 _AGE_US = const(3)
 _STALE_US = const(5)
 _ZERO_YAW = const(11)
+_DUE = const(12)
 _UNCERTAIN = const(12)
+_YAW_DOUBT = const(28)
 
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
@@ -179,7 +181,7 @@ class App:
             if self.loop and (name in CHIP or name in PACE):
                 wiring.change(self, name in PACE)
             raise
-        self._past = [*self._past[1 - _UNDO :], (name, before[name])]
+        self._past = self._past[1 - _UNDO :] + [(name, before[name])]
 
     def _apply(self, name):
         config = self.config
@@ -294,6 +296,7 @@ class App:
 
     def watch(self, seconds=None):
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
+        self.tick.words[_DUE] = 0  # the foreground follows each tick from now on
         self.telemetry.watch(seconds)
 
     def samples(self):
@@ -329,6 +332,11 @@ class App:
     def yaw_deg(self):
         """Rotation about the vertical since the start, degrees; 0 with one-axis filters."""
         return self.tick.est[4] / 1000
+
+    @property
+    def yaw_doubt_deg(self):
+        """How far outages may have put the yaw off since the start or zero_yaw(), degrees."""
+        return self.tick.words[_YAW_DOUBT] / 1000
 
     @property
     def fresh(self):

@@ -17,7 +17,6 @@ from firmware.faults import policy
 _AGE_US = const(3)
 _STALE_US = const(5)
 _DUE = const(12)
-_EVERY = const(13)
 _WAITING = const(14)
 _AGAIN = const(25)
 _COUNT = const(30)
@@ -62,7 +61,8 @@ class Foreground:
                 sys.print_exception(error)
             self.error = error
         bus.patient = patient
-        words[_DUE] = words[_EVERY] = 1 if self._busy(app) else self._look_every
+        looked = self._ticks[_TICKS] - self._looked
+        words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
 
     def _busy(self, app):
         """Whether every tick is to be followed by this."""

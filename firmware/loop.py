@@ -8,7 +8,10 @@ it missed are skipped: the loop never bursts to catch up.
 
 import time
 
+from micropython import const
+
 _FAR_US = 1 << 29  # half of the ticks' wrap
+_DUE = const(12)  # a place of firmware.tick.words
 
 
 class Loop:
@@ -66,7 +69,7 @@ class Loop:
 
         A reader slower than the loop misses samples; it never delays the loop.
         """
-        return _Samples(self.readers, item)
+        return _Samples(self.readers, self._tick.words, item)
 
     @property
     def read(self):
@@ -104,11 +107,12 @@ class _Samples:
 
     _MOST = 2000  # steps that nobody asked for, until it is taken off
 
-    def __init__(self, readers, item):
+    def __init__(self, readers, words, item):
         import asyncio
 
         self._flag = asyncio.ThreadSafeFlag()
         self._readers = readers
+        self._words = words
         self._item = item
         self._unasked = 0
 
@@ -127,5 +131,6 @@ class _Samples:
         self._unasked = 0
         if self not in self._readers:
             self._readers.append(self)
+            self._words[_DUE] = 0  # the foreground wakes it after each tick from now on
         await self._flag.wait()
         return self._item

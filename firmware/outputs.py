@@ -19,6 +19,7 @@ from firmware.tick.drive import Drive
 # places: firmware.tick.words
 _AGE_US = const(3)
 _STALE_US = const(5)
+_DUE = const(12)
 _OUTPUTS = const(19)
 _FAILED = const(21)
 _AGAIN = const(25)
@@ -165,6 +166,7 @@ class Outputs:
         self._drive = made
         self._tick.drive = made.tick
         self._words[_OUTPUTS] = 1 if rows or self.feed else 0
+        self._words[_DUE] = 0  # the foreground is wanted after each tick from now on
 
 
 def _name(function):

@@ -36,7 +36,7 @@ _LIMIT = const(22)
 _PAUSE = const(24)
 _PATIENCE = const(27)
 # those that begin anew with a start, besides the counts
-_FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26)
+_FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
 _COUNT = const(30)
 
 

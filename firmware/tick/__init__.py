@@ -41,6 +41,7 @@ _OUTPUTS = const(19)
 _ERRORS = const(20)
 _BUSY_TICKS = const(23)
 _PAUSE = const(24)
+_YAW_DOUBT = const(28)
 _COUNT = const(30)
 # and of the accounts of firmware.tick.timing, of the estimate
 _RUNNING = const(0)
@@ -267,7 +268,7 @@ class Tick:
                 words[_SWAP] = 0
             if words[_ZERO_YAW]:
                 use[2].zero_yaw()
-                words[_ZERO_YAW] = words[_YAW_LOST] = 0
+                words[_ZERO_YAW] = words[_YAW_LOST] = words[_YAW_DOUBT] = 0
             if not words[_AGE_US]:
                 tick.gap.open(use[2], memory)
             if lock[0]:
@@ -292,16 +293,15 @@ class Tick:
                     words[_DUE] = 0
                     return tick._lost(_BUSY, dt_us, now)
                 words[_SURE] = 1
-            words[_AGE_US] = words[_IN_ROW] = 0
-            long_gap = False
             if gap_us > late_us:
-                long_gap = tick.gap.close(use[2], counts, gap_us, period_us)
+                tick.gap.close(use[2], counts, gap_us, period_us)
             if timed:
                 use[0](counts, min(gap_us, 250000))
             else:
                 use[0](counts)
-            if long_gap:
-                tick.gap.levelled(use[2])
+            words[_AGE_US] = words[_IN_ROW] = 0
+            if gap_us > late_us:
+                tick.gap.closed(use[2], gap_us)
             estimate.publish(tick.est, use[1], memory, now)
             if words[_YAW_LOST]:
                 tick.est[_EST_UNCERTAIN] |= 2

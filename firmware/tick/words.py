@@ -18,11 +18,10 @@ place name       who  what
 10    SWAP       F T  1: the filter's pending coefficients are complete
 11    ZERO_YAW   F T  1: yaw is 0 from the next sample on
 12    DUE        F T  ticks until the foreground is scheduled
-13    EVERY      F    ticks between two of its calls while all is well
 14    WAITING    F T  1: it is scheduled and has not run yet
 15    FROM_US    F T  age at which the filter that bridges the gap took over
 16    UNSURE_US  T    so long the tilt is not known well enough to be claimed
-17    YAW_LOST   F T  1: it turned while nobody looked
+17    YAW_LOST   T    1: that is more than can be claimed
 18    IS_SAFE    F T  1: the outputs have their safe values
 19    OUTPUTS    F    1: there is something to drive or a watchdog to feed
 20    ERRORS     T    exceptions of the tick itself
@@ -33,6 +32,7 @@ place name       who  what
 25    AGAIN      T    1: a safe() failed in the tick, the foreground repeats it
 26    SOFT       F T  ticks since the soft outputs ran
 27    PATIENCE   F    so many, and they get their safe values
+28    YAW_DOUBT  T    how far gaps may have put the yaw off, mdeg
 30    COUNT      T    from here on: how often each cause was seen
 """
 

@@ -174,7 +174,7 @@ def test_a_moved_sensor_is_no_rest_and_the_stored_bias_is_used(rig, capsys):
     r.app.start()
     assert r.app.calibration.gyro_bias_dps == (1.0, 2.0, 3.0)
     printed = capsys.readouterr().out
-    assert "warning: gyro bias not measured" in printed and "it moves" in printed
+    assert "warning: gyro bias not measured" in printed and "it moved" in printed
 
 
 WIRINGS = {

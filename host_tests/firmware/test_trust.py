@@ -175,7 +175,7 @@ def test_a_step_that_raises_makes_the_estimate_stale_and_the_outputs_safe(port):
     port.run_ms(90)
     assert not app.stale
     port.run_ms(40)
-    assert app.stale and calls == ["safe"]
+    assert app.stale and calls[-1] == "safe" and calls.count("safe") == 1
     assert app.stats()["errors"] > 30 and app.tick.error is MemoryError
     app.tick.now = use
     port.run_ms(40)

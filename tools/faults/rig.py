@@ -108,12 +108,23 @@ class Rig:
     def start(self):
         """Start the app and look at each of its ticks."""
         self.app.start()
-        self.watch()
+        if self.app.tick.drive.__name__ != "watched":
+            self.watch()
 
     def watch(self):
         """Look at each tick of the app, from now on."""
-        tick, rows, app = self.app.tick, self.rows, self.app
-        drive = tick.drive
+        app, outputs = self.app, self.app.outputs
+        hand_over = outputs._hand_over
+
+        def again():
+            hand_over()
+            self._wrap(app.tick)
+
+        outputs._hand_over = again
+        self._wrap(app.tick)
+
+    def _wrap(self, tick):
+        drive, rows, app = tick.drive, self.rows, self.app
 
         def watched(fresh):
             drive(fresh)

