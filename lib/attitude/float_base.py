@@ -41,6 +41,19 @@ class FromCounts:
         """After a gap: level anew; yaw and bias stay."""
         raise NotImplementedError
 
+    @property
+    def bias_dps(self):
+        """Gyro bias on top of the calibration, deg/s."""
+        raise NotImplementedError
+
+    def standing(self):
+        """Where it stands."""
+        raise NotImplementedError
+
+    def place(self, q):
+        """The same with another attitude."""
+        raise NotImplementedError
+
     def _make(self, settings):
         raise NotImplementedError
 
