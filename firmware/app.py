@@ -181,7 +181,7 @@ class App:
             if self.loop and (name in CHIP or name in PACE):
                 wiring.change(self, name in PACE)
             raise
-        self._past = [*self._past[1 - _UNDO :], (name, before[name])]
+        self._past = self._past[1 - _UNDO :] + [(name, before[name])]
 
     def _apply(self, name):
         config = self.config

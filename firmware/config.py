@@ -60,18 +60,18 @@ class Config:
     """
 
     def __init__(self):
-        self.__dict__["_values"] = {knob.name: knob.default for knob in KNOBS}
-        self.__dict__["change"] = self.set
+        put = object.__setattr__  # past the one below
+        put(self, "_values", {knob.name: knob.default for knob in KNOBS})
+        put(self, "change", self.set)
 
     def __getattr__(self, name):
-        values = self.__dict__["_values"]
-        if name in values:
-            return values[name]
+        if name != "_values" and name in self._values:
+            return self._values[name]
         raise AttributeError(_unknown(name))
 
     def __setattr__(self, name, value):
         if name == "change":
-            self.__dict__[name] = value
+            object.__setattr__(self, name, value)
         elif name in self._values:
             self.change(name, value)
         else:

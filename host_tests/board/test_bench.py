@@ -7,8 +7,11 @@ from tools import bench
 
 # us, re-typed: an update or a step takes at most this, on average over its blocks
 BARS_US = {
-    "fixed.kalman2.update": 25,
-    "fixed.attitude.update": 90,
+    "fixed.kalman2.step": 22,
+    "fixed.kalman2.update": 32,
+    "fixed.attitude.step": 61,
+    "fixed.attitude.update": 71,
+    "read.angles": 12,
     "step.kalman2": 520,
     "step.attitude": 590,
     "split.kalman2": 75,

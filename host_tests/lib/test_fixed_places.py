@@ -46,8 +46,8 @@ def stores(path):
     for node in ast.walk(ast.parse(path.read_text())):
         if not (isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store)):
             continue
-        if isinstance(node.value, ast.Name) and node.value.id == "kept":
-            continue  # an array of its own
+        if not (isinstance(node.value, ast.Name) and node.value.id == "s"):
+            continue  # s is the array in every file
         place = node.slice.left if isinstance(node.slice, ast.BinOp) else node.slice
         if isinstance(place, ast.Constant):
             yield place.value

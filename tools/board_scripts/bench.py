@@ -104,6 +104,15 @@ def one_split(imu, filt):
     return step
 
 
+def three_angles(filt):
+    def read(_, angles=filt.angles_mdeg):
+        angles[0]
+        angles[1]
+        angles[2]
+
+    return read
+
+
 def load_driver():
     from mpu6050 import MPU6050
 
@@ -171,9 +180,12 @@ def main():
     attitude.calibrate(Skewed)
     counts = array("h", (-300, 210, 4090, -3000, 250, -130, 75))
     for _ in range(720):  # past the start, where each block levels: 2.8 s at 250 Hz
-        attitude.update(counts)
+        attitude.step(counts)
+    row("fixed.kalman2.step", kalman2.step, counts)
     row("fixed.kalman2.update", kalman2.update, counts)
+    row("fixed.attitude.step", attitude.step, counts)
     row("fixed.attitude.update", attitude.update, counts)
+    row("read.angles", three_angles(attitude))
     kalman = kalman()
     row("float.kalman.update", lambda _: kalman.update(4.2, 3.5, 0.004))
     float_attitude = float_attitude(250)
