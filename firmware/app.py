@@ -23,6 +23,7 @@ from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config, checked
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
+from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 
@@ -85,6 +86,7 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
+        self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
         self._watched = False
         self._past = []
@@ -181,6 +183,7 @@ class App:
                 wiring.change(self, name in PACE)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
+        self.stream.changed()
 
     def _apply(self, name):
         config = self.config
