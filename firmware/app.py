@@ -11,6 +11,9 @@ app.stop()
 """
 
 import gc
+
+gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+
 from array import array
 
 import micropython
@@ -38,6 +41,7 @@ _UNCERTAIN = const(12)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
+ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
 _UNDO = const(20)
 
 _HELP = """app.start(), app.stop()            run in the background; end
@@ -127,6 +131,7 @@ class App:
             self._watched = True
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
+        gc.threshold(-1)
         wiring.begin(self)
         self._running.append(self)
         self.loop.start()
@@ -183,7 +188,7 @@ class App:
                 wiring.change(self, name in PACE)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
-        self.stream.changed()
+        self.stream.changed(None if name in ALL_OVER else name)
 
     def _apply(self, name):
         config = self.config

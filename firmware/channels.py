@@ -9,19 +9,19 @@ from collections import namedtuple
 
 from firmware import filters
 
-# source, place: firmware.tick.tap; the value is the 16-bit number times scale, in unit. read: of
-# a controller's channel, instead.
+# source, place, shift: firmware.tick.tap, but for those that are ALWAYS there; the value is the
+# 16-bit number times scale, in unit. read: of a controller's channel, instead.
 Channel = namedtuple("Channel", ("name", "unit", "scale", "source", "place", "shift", "read"))
 
 VERSION = 1
-DEFAULT = (
+ALWAYS = (
     "accel_x", "accel_y", "accel_z", "temp", "gyro_x", "gyro_y", "gyro_z", "roll", "pitch", "yaw",
 )  # fmt: skip
-NAMES = DEFAULT + (
+NAMES = ALWAYS + (
     "rate_x", "rate_y", "rate_z", "force_x", "force_y", "force_z", "late_us", "step_us", "age_ms",
 )  # fmt: skip
 _RATE_SHIFT = {250: 3, 500: 4, 1000: 5, 2000: 6}  # so that the range fits in 16 bits
-_EST, _BURST, _TIMING, _MORE, _LATE = range(5)
+_EST, _TIMING, _MORE, _LATE = range(4)
 
 
 def find(name, app):
@@ -30,18 +30,18 @@ def find(name, app):
     kind, _, axis = name.rpartition("_")
     at = "xyz".find(axis) if kind in ("accel", "gyro", "rate", "force") else -1
     if kind == "accel" and at >= 0:
-        return Channel(name, "g", 1 / imu.accel_lsb_per_g, _BURST, at, 0, None)
+        return Channel(name, "g", 1 / imu.accel_lsb_per_g, None, at, 0, None)
     if kind == "gyro" and at >= 0:
-        return Channel(name, "deg/s", 1 / imu.gyro_lsb_per_dps, _BURST, 4 + at, 0, None)
+        return Channel(name, "deg/s", 1 / imu.gyro_lsb_per_dps, None, 4 + at, 0, None)
     if kind == "rate" and at >= 0:
         shift = _RATE_SHIFT[imu.gyro_range_dps]
         return Channel(name, "deg/s", (1 << shift) / 1000, _EST, 5 + at, shift, None)
     if kind == "force" and at >= 0:
         return Channel(name, "g", 1 / imu.accel_lsb_per_g, _EST, 8 + at, 0, None)
     if name in ("roll", "pitch", "yaw"):
-        return Channel(name, "deg", 0.008, _EST, 2 + ("roll", "pitch", "yaw").index(name), 3, None)
+        return Channel(name, "deg", 0.008, None, 0, 0, None)
     if name == "temp":  # and the header's temp_c_at_0
-        return Channel(name, "degC", 1 / imu.profile.temp_lsb_per_c, _BURST, 3, 0, None)
+        return Channel(name, "degC", 1 / imu.profile.temp_lsb_per_c, None, 3, 0, None)
     if name == "late_us":
         return Channel(name, "us", 1, _LATE, 0, 0, None)
     if name == "step_us":  # of the tick before
@@ -68,17 +68,15 @@ def program(chosen):
     return made
 
 
-def header(app, chosen, every, seq):
-    """What a reader has to know, as a dict; `seq`: from which sample on it holds."""
+def header(app, chosen, every):
+    """What a reader has to know, as a dict."""
     imu, config = app.imu, app.config
-    values = config.values()
     calibration = {}
     for name, value in app.calibration.to_dict().items():
         if value not in (None, ""):
             calibration[name] = value
     return {
         "plumb": VERSION,
-        "seq": seq,
         "period_us": app.loop.period_us,
         "every": every,
         "channels": [(channel.name, channel.unit, channel.scale) for channel in chosen],
@@ -88,12 +86,25 @@ def header(app, chosen, every, seq):
         "sensor": imu.profile.name,
         "lag_s": filters.lag_s(config, imu),
         "temp_c_at_0": getattr(imu.profile, "temp_offset_c", 0),
-        "settings": values,
-        "crc": "%08x" % binascii.crc32(json.dumps(sorted(values.items())).encode()),
+        "settings": config.values(),
+        "crc": _crc(config),
         "calibration": calibration,
     }
 
 
+def change(app, name):
+    """What one knob changes of it, when that is nothing but its value."""
+    return {"settings": {name: getattr(app.config, name)}, "crc": _crc(app.config)}
+
+
+def _crc(config):
+    """Of all settings, in any order."""
+    crc = 0
+    for item in config.values().items():
+        crc ^= binascii.crc32(("%s=%r" % item).encode())
+    return "%08x" % crc
+
+
 def text(head):
-    """The header as bytes."""
+    """It as bytes."""
     return json.dumps(head).encode()

@@ -13,7 +13,7 @@ two frames are written at once, which divides the 256 bytes of the USB buffer: t
 each write is enough never to wait for a reader that has gone.
 """
 
-import struct
+import gc
 import time
 
 import micropython
@@ -25,63 +25,82 @@ from firmware.tick import tap
 # places: firmware.tick.tap, firmware.tick.timing, firmware.tick.words
 _HEAD = const(0)
 _TAIL = const(1)
+_SIZE = const(2)
 _LOST = const(3)
+_EVERY = const(4)
+_LEFT = const(5)
 _SEQ = const(6)
+_CHANNELS = const(7)
 _LENGTH = const(8)
 _MODE = const(9)
+_WATCH = const(10)
+_LEVEL = const(11)
+_RISING = const(12)
+_BEFORE = const(13)
+_AFTER = const(14)
+_LAST = const(16)
 _AT = const(17)
-_FILL = const(18)
 _PART = const(19)
+_KIND = const(21)
+_RECORDS = const(24)
 _TICKS_LOST = const(6)
 _CAUSE = const(1)
 
 HEADER = const(1)  # kinds of frames beside the samples
 COUNTS = const(2)
+_FILL = const(32)  # place in a pair, after its 64 bytes: how many frames are in it
 _PAIRS = const(4)  # written in a row: 256 bytes
-_CALL_MS = const(8)  # between two calls of run()
+_CALL_MS = const(6)  # between two calls of run()
 _STATUS_MS = const(500)
+_LEAST = const(16)  # records in a ring
 
 
 @micropython.viper
-def frame(out: ptr8, at: int, record: ptr8, first: int):
-    """Write the frame of 28 bytes of `record` to out[at:at + 32]."""
-    crc = 0xFFFF
-    out[at] = 0xFF
-    mark = at + 1
-    code = 1
-    i = 0
-    while i < 30:
-        if i < 28:
-            b = int(record[first + i])
-            x = (crc >> 8) ^ b
-            x ^= x >> 4
-            crc = ((crc << 8) ^ (x << 12) ^ (x << 5) ^ x) & 0xFFFF
-        elif i == 28:
-            b = crc >> 8
-        else:
-            b = crc & 0xFF
-        if b:
-            out[at + 2 + i] = b ^ 0xFF
-            code += 1
-        else:
-            out[mark] = code ^ 0xFF
-            mark = at + 2 + i
-            code = 1
-        i += 1
-    out[mark] = code ^ 0xFF
+def fill(x: int, crc: int, i: int, ring, pair) -> int:
+    """Frames of the records in the ring until the pair is full; 1 when it is. x, crc, i: 0.
 
-
-@micropython.viper
-def fill(control: ptr32, pair, ring, mask: int) -> int:
-    """Frames of what is in the ring until the pair is full; 1 when it is."""
-    while control[_FILL] < 2:
+    A function's first three names live in registers, so these are arguments; and a call costs a
+    third of a frame, so frames are made here. The CRC takes a word's high byte first: 16 bits at
+    once, a multiplication by x^16.
+    """
+    control = ptr32(ring)
+    words = ptr16(ring)
+    out = ptr16(pair)
+    line = ptr8(pair)
+    while out[_FILL] < 2:
         tail = control[_TAIL]
         mode = control[_MODE]
         if tail == control[_HEAD] or mode == 1 or mode == 2:
             return 0
         part = control[_PART]
-        frame(pair, control[_FILL] << 5, ring, (tail & mask) * control[_LENGTH] + part)
-        control[_FILL] += 1
+        at = (tail & (control[_SIZE] - 1)) * control[_LENGTH] + part + 4 * _RECORDS >> 1
+        end = at + 14
+        i = int(out[_FILL]) << 4
+        mark = (i << 1) + 1
+        crc = 0xFFFF
+        while True:
+            i += 1
+            if at == end:
+                x = crc
+            else:
+                x = int(words[at + 0])
+            out[i + 0] = x ^ 0xFFFF
+            if x & 255 == 0:  # a byte that is zero becomes the way to the next such one
+                line[mark + 0] = 255 + mark - (i << 1)
+                mark = i << 1
+            if x < 256:
+                line[mark + 0] = 254 + mark - (i << 1)
+                mark = (i << 1) + 1
+            if at == end:
+                break
+            at += 1
+            x ^= crc
+            x ^= x >> 4 ^ x >> 8 ^ x >> 11 ^ x >> 12
+            crc = (x ^ x << 5 ^ x << 12) & 0xFFFF
+        i = (i << 1) + 2
+        line[mark + 0] = 255 + mark - i
+        line[i - 32] = 0xFF
+        out[_FILL] += 1
         part += 28
         if part == control[_LENGTH]:
             part = 0
@@ -98,11 +117,12 @@ class Stream:
 
     def __init__(self, app):
         self._app = app
-        self._pair = bytearray(64)
-        self._record = bytearray(28)
+        self._pair = bytearray(66)
+        self._line = memoryview(self._pair)[:64]
+        self._own = tap.ring(1, 28)  # of a header's or the counts' frame
         self._header = b""
         self._number = self._next = self._chunks = 0
-        self._control = self._ring = None
+        self._ring = None
         self._until = self._told = self._starts = 0
         self._row = {}
         self._offered = {}
@@ -119,60 +139,63 @@ class Stream:
         """Of all channels."""
         return channels.NAMES + tuple(self._offered)
 
-    def start(self, names=channels.DEFAULT, every=1, keep_s=3, seconds=0.25):
-        """Send these channels of each `every`-th tick, until keep() is not called for keep_s.
+    def start(self, names=(), every=1, keep_s=3, seconds=0.25):
+        """Send each `every`-th tick's burst and angles, and the channels `names`, until keep() is
+        not called for keep_s.
 
-        seconds: of samples that the board holds while nobody reads. ValueError names what is not
-        known; MemoryError where they are too many.
+        seconds: of samples that the board holds while nobody reads, or as much of it as there is
+        memory for. ValueError names what is not known.
         """
         rate_hz = 1000000 / self._app.loop.period_us / every
         self._begin(names, every, max(16, int(rate_hz * seconds)))
         self._row = {}
         self._go(keep_s)
 
-    def trigger(self, name, level, rising=True, before=100, after=400, names=None, keep_s=3):
+    def trigger(self, name, level, rising=True, before=100, after=400, names=(), keep_s=3):
         """Send only what is around an event: `before` and `after` samples of each tick, when the
         channel `name` crosses `level` (in its unit); then wait for the next.
         """
-        names = tuple(names or channels.DEFAULT)
-        names = names if name in names else names + (name,)
+        if name not in channels.ALWAYS and name not in names:
+            names = tuple(names) + (name,)
         self._begin(names, 1, before + after + 1)
-        watch = names.index(name)
+        watch = [channel.name for channel in self._chosen].index(name)
         level = round(level / self._chosen[watch].scale)
-        for place, value in ((10, watch), (11, level), (12, int(rising)), (13, before),
-                             (14, after), (16, level), (_MODE, 1)):  # fmt: skip
-            self._control[place] = value
+        place = 4 + watch if watch < 10 else 14 * (1 + (watch - 10) // 12) + 2 + (watch - 10) % 12
+        ring = self._ring
+        ring[_WATCH], ring[_LEVEL], ring[_RISING] = place, level, int(rising)
+        ring[_BEFORE], ring[_AFTER], ring[_LAST], ring[_MODE] = before, after, level, 1
         self._row = {"trigger": name, "before": before, "after": after}
         self._go(keep_s)
 
     def _begin(self, names, every, samples):
         self.stop()
         app = self._app
-        chosen = [self._offered.get(name) or channels.find(name, app) for name in names]
-        reads = tuple([channel.read for channel in chosen if channel.read])
+        beside = []
+        for name in names:
+            if name not in channels.ALWAYS:
+                beside.append(self._offered.get(name) or channels.find(name, app))
+        if len(beside) > 36:
+            raise ValueError("more than 36 channels beside %s" % (channels.ALWAYS,))
+        reads = tuple([channel.read for channel in beside if channel.read])
         self._starts += 1
-        parts = 1 if len(chosen) <= 10 else 2 + (len(chosen) - 11) // 12
-        size = 16
-        while size < samples:
-            size *= 2
-        control = tap.words()
-        for place, value in ((2, size), (4, every), (5, every), (7, len(chosen)),
-                             (_LENGTH, 28 * parts), (10, -1), (21, 16 + 4 * (self._starts & 3))):  # fmt: skip
-            control[place] = value
-        self._control, self._ring = control, bytearray(size * 28 * parts)
-        self._mask = size - 1
-        self._chosen = chosen
-        sources = (app.tick.est, app.tick.memory, app.tick.timing.words, channels.more(reads))
-        ring = (control, self._ring, channels.program(chosen))
-        self._tap = lambda drive: tap.over(drive, ring, sources, reads)
+        parts = 1 + (len(beside) + 11) // 12
+        self._ring = ring = _ring(samples, 28 * parts)
+        kind = 16 + 4 * (self._starts & 3)
+        ring[_EVERY], ring[_LEFT], ring[_CHANNELS], ring[_KIND] = every, every, len(beside), kind
+        self._chosen = [channels.find(name, app) for name in channels.ALWAYS] + beside
+        more, program = channels.more(reads), channels.program(beside)
+        tick = app.tick
+        self._tap = lambda drive: tap.over(
+            drive, ring, tick.est, tick.memory, tick.timing.words, program, reads, more
+        )  # fmt: skip
         self._every = every
 
     def _go(self, keep_s):
         self.calls = max(1, _CALL_MS * 1000 // self._app.loop.period_us)
         self.keep(keep_s)
         self._told = time.ticks_ms()
-        self.changed()
         self.on = True
+        self.changed()
         self._app.outputs.tap = self._tap
         self._app.outputs.hand_over()
 
@@ -187,88 +210,114 @@ class Stream:
             self._app.outputs.tap = None
             self._app.outputs.hand_over()
 
-    def changed(self):
-        """A setting has changed: the header is sent anew."""
-        if self._control is None:
+    def changed(self, name=None):
+        """A setting has changed, one that changes nothing else, or all may have: it is told."""
+        if not self.on:
             return
-        self.calls = max(1, _CALL_MS * 1000 // self._app.loop.period_us)
-        self._number = (self._number + 1) & 0xFF
-        head = channels.header(self._app, self._chosen, self._every, self._control[_SEQ])
+        app = self._app
+        self.calls = max(1, _CALL_MS * 1000 // app.loop.period_us)
+        if name is None or self._next < self._chunks:
+            head = channels.header(app, self._chosen, self._every)
+            head.update(self._row)
+        else:
+            head = channels.change(app, name)
         head["start"] = self._starts  # samples of kind 16 + 4 (start & 3) + part are of it
-        head.update(self._row)
+        head["seq"] = self._ring[_SEQ]  # and from this one on it holds
+        self._number = (self._number + 1) & 0xFF
         self._header = channels.text(head)
         self._chunks = (len(self._header) + 23) // 24
         self._next = 0
 
     # ---- after ticks; allocates nothing but for what changed() makes
 
+    @micropython.native
     def run(self):
         """What the ring holds, as far as somebody takes it."""
-        control, pair, ready = self._control, self._pair, self._app.telemetry.console
         now = time.ticks_ms()
         if time.ticks_diff(now, self._until) > 0:
             self.stop()
             return
+        ring, pair, console = self._ring, self._pair, self._app.telemetry.console
         n = 0
+        if pair[2 * _FILL] < 2 and (
+            self._next < self._chunks or time.ticks_diff(now, self._told) >= 0
+        ):
+            self._other(now)
         while n < _PAIRS:
             n += 1
-            if control[_FILL] < 2:
-                self._other(control, pair, now)
-                if not fill(control, pair, self._ring, self._mask):
-                    if control[_MODE] == 3 and control[_TAIL] == control[_HEAD]:
-                        self._again(control)
+            if pair[2 * _FILL] < 2:
+                if not fill(0, 0, 0, ring, pair):
+                    if ring[_MODE] == 3 and ring[_TAIL] == ring[_HEAD]:
+                        self._again()
                     return
-            if not ready.ready():
+            if not console.ready():
                 self.waits += 1
                 return
-            ready.write(pair)
-            control[_FILL] = 0
+            console.write(self._line)
+            pair[2 * _FILL] = 0
             self.written += 1
 
-    def _other(self, control, pair, now):
-        """A frame of the header, or of the counts, when one is due."""
-        record = self._record
+    def _other(self, now):
+        """A frame of the header, or of the counts."""
+        own = self._own
         if self._next < self._chunks:
             chunk = self._next
-            record[0] = HEADER
-            record[1] = self._number
-            record[2] = chunk
-            record[3] = self._chunks
-            put(record, self._header, 24 * chunk, len(self._header))
+            put(own, HEADER, self._number, chunk, self._chunks, self._header, len(self._header))
             self._next = chunk + 1
-        elif time.ticks_diff(now, self._told) >= 0:
-            self._told = time.ticks_add(now, _STATUS_MS)
-            self._counts(control, record)
         else:
-            return
-        frame(pair, control[_FILL] << 5, record, 0)
-        control[_FILL] += 1
+            self._told = time.ticks_add(now, _STATUS_MS)
+            self._counts(own)
+        own[_HEAD] = 1
+        own[_TAIL] = 0
+        fill(0, 0, 0, own, self._pair)
 
-    def _counts(self, control, record):
-        seq = control[_SEQ]
-        record[0] = COUNTS
-        record[1] = control[_MODE]
-        record[2] = seq & 0xFF
-        record[3] = seq >> 8
-        app = self._app
-        backlog = control[_HEAD] - control[_TAIL] & 0x3FFFFFFF
-        struct.pack_into(
-            "<iiiiii", record, 4, control[_LOST], self.waits, app.tick.timing.words[_TICKS_LOST],
-            app.tick.words[_CAUSE], backlog, control[_AT],
-        )  # fmt: skip
+    def _counts(self, own):
+        ring, seq = self._ring, self._ring[_SEQ]
+        put(own, COUNTS, ring[_MODE], seq & 0xFF, seq >> 8, b"", 0)
+        own[_RECORDS + 1] = ring[_LOST]
+        own[_RECORDS + 2] = self.waits
+        own[_RECORDS + 3] = self._app.tick.timing.words[_TICKS_LOST]
+        own[_RECORDS + 4] = self._app.tick.words[_CAUSE]
+        own[_RECORDS + 5] = ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFF
+        own[_RECORDS + 6] = ring[_AT]
 
-    def _again(self, control):
+    def _again(self):
         """What was around the event is sent: wait for the next."""
+        ring = self._ring
         self._told = time.ticks_ms()
-        control[_HEAD] = control[_TAIL] = 0
-        control[16] = control[11]
-        control[_MODE] = 1
+        ring[_HEAD] = ring[_TAIL] = 0
+        ring[_LAST] = ring[_LEVEL]
+        ring[_MODE] = 1
 
 
 @micropython.viper
-def put(record: ptr8, text: ptr8, at: int, size: int):
-    """24 bytes of a text from `at` on, blanks after its end, into a record."""
+def put(own, kind: int, a: int, b: int, c: int, text: ptr8, size: int):
+    """A record of these four bytes and 24 of a text, the b-th ones, blanks after its end."""
+    record = ptr8(own)
+    record[4 * _RECORDS] = kind
+    record[4 * _RECORDS + 1] = a
+    record[4 * _RECORDS + 2] = b
+    record[4 * _RECORDS + 3] = c
+    at = 24 * b
     i = 0
     while i < 24:
-        record[4 + i] = text[at + i] if at + i < size else 32
+        byte = 32
+        if at + i < size:
+            byte = int(text[at + i])
+        record[4 * _RECORDS + 4 + i] = byte
         i += 1
+
+
+def _ring(samples, length):
+    """For so many records, a power of two, or fewer where the heap is in pieces."""
+    size = _LEAST
+    while size < samples:
+        size *= 2
+    gc.collect()
+    while True:
+        try:
+            return tap.ring(size, length)
+        except MemoryError:
+            if size == _LEAST:
+                raise
+            size //= 2

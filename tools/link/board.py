@@ -4,7 +4,7 @@
 import contextlib
 import time
 
-from mpremote.transport import TransportError, TransportExecError
+from mpremote.transport import TransportError
 from mpremote.transport_serial import SerialTransport
 
 from tools.link.demux import Demux, LineLost
@@ -18,6 +18,7 @@ if app is None:
     app.start()
 """
 ENTER_S = 10.0
+ANSWER_S = 60.0  # without a byte; an emulated board takes its time
 
 
 class BoardError(Exception):
@@ -44,12 +45,12 @@ class Board:
 
     def run(self, code):
         """Run lines on the board; what they printed. BoardError with the board's own words."""
-        try:
-            with _as_lost():
-                return self._transport.exec(code).decode()
-        except TransportExecError as error:
-            lines = error.error_output.strip().splitlines() or ["an error without words"]
-            raise BoardError(lines[-1]) from None
+        with _as_lost():
+            printed, raised = self._transport.exec_raw(code, timeout=ANSWER_S)
+        if raised:
+            lines = raised.decode(errors="replace").strip().splitlines()
+            raise BoardError(lines[-1])
+        return printed.decode(errors="replace")
 
     def contents(self, wait_s=0.01):
         """The contents of the frames that have come; waits a little when there are none."""
@@ -73,8 +74,6 @@ class Board:
 def _as_lost():
     try:
         yield
-    except TransportExecError:
-        raise
     except LineLost:
         raise
     except (OSError, TransportError, TypeError) as error:  # pyserial's TypeError: closed meanwhile

@@ -2,8 +2,8 @@
 """Frames of 32 bytes beside a REPL's text: 0xFF, then 31 bytes without any 0xFF.
 
 The 31 are COBS, each byte inverted, of 28 bytes of content and their CRC-16 (polynomial 0x1021,
-start 0xFFFF, high byte first). firmware/stream.py writes them. Text never holds a 0xFF: it is not
-in UTF-8, nor in MicroPython's raw REPL.
+start 0xFFFF), over words of 16 bits, low byte first on the line. firmware/stream.py writes them.
+Text never holds a 0xFF: it is not in UTF-8, nor in MicroPython's raw REPL.
 """
 
 from binascii import crc_hqx
@@ -19,7 +19,7 @@ def encode(content):
     """The frame of 28 bytes."""
     if len(content) != CONTENT:
         raise ValueError(f"content of {len(content)} bytes, not {CONTENT}")
-    data = content + crc_hqx(content, 0xFFFF).to_bytes(2, "big")
+    data = content + _crc(content)
     parts = data.split(b"\0")
     packed = b"".join(bytes([len(part) + 1]) + part for part in parts)
     return MARK + packed.translate(_INVERT)
@@ -36,11 +36,15 @@ def decode(body):
         parts.append(packed[at + 1 : at + code])
         at += code
     data = b"\0".join(parts)
-    if len(data) != CONTENT + 2 or crc_hqx(data[:CONTENT], 0xFFFF) != int.from_bytes(
-        data[CONTENT:], "big"
-    ):
-        return None
-    return data[:CONTENT]
+    content = data[:CONTENT]
+    return content if len(data) == CONTENT + 2 and data[CONTENT:] == _crc(content) else None
+
+
+def _crc(content):
+    """The CRC takes a word's high byte first."""
+    swapped = bytearray(content)
+    swapped[::2], swapped[1::2] = content[1::2], content[::2]
+    return crc_hqx(swapped, 0xFFFF).to_bytes(2, "little")
 
 
 class Splitter:

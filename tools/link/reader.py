@@ -120,15 +120,21 @@ class Reader:
         self._adopt(header)
 
     def _adopt(self, header):
+        own = header["start"] & 3
+        known = self._formats.get(own)
+        if "channels" not in header:  # one setting's change
+            if known is None:
+                return
+            settings = {**known.header["settings"], **header["settings"]}
+            header = {**known.header, **header, "settings": settings}
         self.header = header
         self.headers += 1
-        own, channels = header["start"] & 3, len(header["channels"])
-        known = self._formats.get(own)
+        channels = len(header["channels"])
         if known is not None and known.header["start"] == header["start"]:  # a setting changed
             self._flush(known)
             known.header = header
         else:
-            parts = 1 if channels <= _FIRST else 2 + (channels - _FIRST - 1) // _OTHER
+            parts = 1 + (channels - _FIRST + _OTHER - 1) // _OTHER
             self._formats[own] = _Format(header, parts)
         waiting, self._waiting = self._waiting, []
         for content in waiting:
