@@ -3,9 +3,11 @@
 
 import time
 
+from calibration import Calibration
 from calibration.rest import NotStill, rest
-from mpu6050 import MPU6050
+from mpu6050 import MPU6050, ranges
 
+from firmware import filters
 from firmware.board import diagnose
 from firmware.calibration import load_for
 
@@ -51,6 +53,21 @@ def sensor_rate_hz(config):
     )
 
 
+class _Ranges:
+    """What a sensor with these knobs would have, for check()."""
+
+    def __init__(self, config):
+        self.gyro_range_dps, self.accel_range_g = config.gyro_dps, config.accel_g
+        self.delay_s = ranges.delay_s(config.dlpf_hz, ranges.FAMILIES[0])
+
+
+def check(config):
+    """ValueError where the knobs do not go together, whatever each of them is by itself."""
+    rate_hz = sensor_rate_hz(config)
+    ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
+    filters.make(config, Calibration(), _Ranges(config), config.rate_hz)
+
+
 def calibration(imu, config):
     """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
     cal, warnings = load_for(imu)
@@ -70,7 +87,18 @@ def calibration(imu, config):
         except NotStill as error:
             text = "gyro bias not measured, the stored one (or zero) is used: it %s"
             warnings.append(text % error)
-    return cal, warnings
+    return _folding(cal, imu, config, warnings), warnings
+
+
+def _folding(cal, imu, config, warnings):
+    """`cal`, or as much of it as this range's integers can hold."""
+    for less in (cal, cal.mounting(), Calibration()):
+        try:
+            filters.make(config, less, imu, config.rate_hz)
+            return less
+        except ValueError as error:
+            warnings.append("the stored calibration is not used: %s" % error)
+    return cal
 
 
 def _settling_ms(config, imu):

@@ -36,7 +36,7 @@ _LIMIT = const(22)
 _PAUSE = const(24)
 _PATIENCE = const(27)
 # those that begin anew with a start, besides the counts
-_FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26)
+_FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
 _COUNT = const(30)
 
 
@@ -129,6 +129,8 @@ def begin(app):
     for place in range(_COUNT, len(words)):
         words[place] = 0
     words[_SURE] = words[_FORGET] = words[_ODD] = 1
+    for place in range(len(tick.est)):
+        tick.est[place] = 0
     imu.read()
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])

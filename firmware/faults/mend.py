@@ -25,12 +25,13 @@ _ODD = const(0)
 _CAUSE = const(1)
 _IN_ROW = const(2)
 _UNUSED_US = const(6)
+_RING_US = const(7)
 _SURE = const(8)
 _FORGET = const(9)
 _COUNT = const(30)
 
 _RESET_MS = const(100)  # after each step of a reset (RM p. 41)
-_SETTLE_US = const(35000)  # gyro start-up to within 1 % (PS p. 12)
+_START_US = const(30000)  # the gyro's, from sleep (PS p. 12); then its low-pass forgets that
 _NOT_YET_US = const(1000000000)
 _PER_CALL = const(4)  # registers looked at or written in a call
 
@@ -60,6 +61,8 @@ class Mend:
         words = self._words
         if self._bus.held:
             return
+        if self._doing == _WELL and words[_SURE]:
+            return  # mended, and no fault since; it may still settle
         in_row = words[_IN_ROW]
         if in_row < self._acted or not in_row:
             self._acted = 0
@@ -145,7 +148,7 @@ class Mend:
         for _ in range(_PER_CALL):
             if self._imu.repair():
                 if self._same_part():
-                    self._done(_SETTLE_US)
+                    self._done(_START_US + self._words[_RING_US])
                 return
 
     def _same_part(self):

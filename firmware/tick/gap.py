@@ -3,8 +3,9 @@
 
 Meanwhile the angle is turned on with the last good rate, each time from where the last good
 sample left it. The sample that ends the gap brings the mean of the rates before and after: the
-filter goes back to where the gap began and takes that. After too long a gap nobody knows the tilt
-nor, if it turned, the yaw: the filter levels anew, and what is not known is said.
+filter goes back to where the gap began and takes that. After too long a gap nobody knows the
+tilt: the filter levels anew. How far the yaw may be off adds up (YAW_DOUBT); where that is much,
+it is said to be lost.
 """
 
 from array import array
@@ -16,11 +17,13 @@ from micropython import const
 _FROM_US = const(15)
 _UNSURE_US = const(16)
 _YAW_LOST = const(17)
+_YAW_DOUBT = const(28)
 
 _PREDICT_US = const(250000)  # longer than that the last rate says nothing
 _YAW_US = const(1000000)  # so long the mean of two rates is the best guess of the yaw
 _LEVEL_US = const(1500000)  # after a levelling: the accelerometer may have been pushed
 _TURNING_MDPS = const(3000)
+_LOST_MDEG = const(15000)  # from here on the yaw is not claimed any more
 
 
 @micropython.viper
@@ -32,14 +35,42 @@ def _copy(held: ptr16, memory: ptr16):
 
 
 @micropython.viper
-def turning(out: ptr32) -> int:
-    """1 when a filter's `out` has a rate that is more than a rest's."""
-    i = 3
-    while i < 6:
-        if out[i] > _TURNING_MDPS or out[i] < 0 - _TURNING_MDPS:
-            return 1
+def _doubt(out: ptr32, before: ptr32, gap_us: int) -> int:
+    """How far the yaw may be off after a gap, mdeg: an eighth of what the change of the rate
+    would make of the time, and a thirtieth of the turn itself; all of it after too long a gap.
+    """
+    most = 0
+    change = 0
+    i = 0
+    while i < 3:
+        now = out[3 + i]
+        then = before[i]
+        t = now - then
+        if t < 0:
+            t = 0 - t
+        if t > change:
+            change = t
+        if now < 0:
+            now = 0 - now
+        if then < 0:
+            then = 0 - then
+        if then > now:
+            now = then
+        if now > most:
+            most = now
         i += 1
-    return 0
+    if most < _TURNING_MDPS:
+        return 0
+    ms = gap_us // 1000
+    if gap_us > _YAW_US:
+        if ms > 10000:
+            ms = 10000
+        most = (most // 1000) * ms
+    else:
+        most = ((change >> 3) + (most >> 5)) // 16 * ms // 64
+    if most > 180000:
+        return 180000
+    return most
 
 
 class Gap:
@@ -48,7 +79,7 @@ class Gap:
     def __init__(self, words):
         self._words = words
         self._held = array("h", [0] * 7)  # the last good burst before the gap
-        self._turned = 0  # it turned when the gap began
+        self._rates = array("i", [0] * 3)  # and the filter's rates, mdeg/s
 
     def rescale(self, was_lsb, is_lsb):
         """The gyro's range has changed: counts per deg/s before and now."""
@@ -60,7 +91,10 @@ class Gap:
     def open(self, filter, memory):
         """A gap may begin: keep where the filter is; `memory` begins with the last good burst."""
         _copy(self._held, memory)
-        self._turned = turning(filter.out)
+        rates, out = self._rates, filter.out
+        rates[0] = out[3]
+        rates[1] = out[4]
+        rates[2] = out[5]
         self._words[_FROM_US] = 0
         filter.keep()
 
@@ -72,22 +106,25 @@ class Gap:
 
     @micropython.native
     def close(self, filter, counts, gap_us, period_us):
-        """A good sample gap_us after the last one; the caller updates with it afterwards.
-
-        True when the gap was too long to be bridged.
-        """
+        """A good sample gap_us after the last one; the caller updates with it afterwards."""
         missing_us = gap_us - self._words[_FROM_US] - period_us
         if missing_us > period_us >> 1 and gap_us <= _YAW_US:
             filter.turn(self._held, counts, missing_us)
-        if gap_us <= _PREDICT_US:
-            return False
-        filter.relevel()
-        return True
+        if gap_us > _PREDICT_US:
+            filter.relevel()
 
     @micropython.native
-    def levelled(self, filter):
-        """After the first update that followed such a gap: say what is not known."""
+    def closed(self, filter, gap_us):
+        """After the first update that followed a gap: say what is not known."""
         words = self._words
-        if self._turned or turning(filter.out):
+        doubt = words[_YAW_DOUBT] + _doubt(filter.out, self._rates, gap_us)
+        words[_YAW_DOUBT] = doubt if doubt < 180000 else 180000
+        if doubt > _LOST_MDEG:
             words[_YAW_LOST] = 1
+        if gap_us > _PREDICT_US and (doubt or self._turns()):
             words[_UNSURE_US] = _LEVEL_US
+
+    @micropython.native
+    def _turns(self):
+        rates = self._rates
+        return max(rates) > _TURNING_MDPS or min(rates) < -_TURNING_MDPS

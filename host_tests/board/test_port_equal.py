@@ -9,8 +9,6 @@ import pytest
 from host_tests.virtual.port_rig import Ram
 from tools.virtual.bus import Bus
 from tools.virtual.faults import make
-from tools.virtual.images import VERSIONS
-from tools.virtual.pico import VirtualPico
 from tools.virtual.port import Port
 
 _HEAD = """
@@ -29,6 +27,7 @@ SCRIPTS = {
     "identity": """
 print(sys.platform, sys.implementation.name, sys.implementation.version, sys.maxsize)
 print(sys.byteorder, os.uname().sysname, os.uname().release)
+print(sys.implementation._mpy, sys.implementation._machine, sys.implementation._build)
 """,
     "texts": """
 print(i2c, machine.I2C(0) is i2c, machine.I2C(1, freq=100_000, timeout=2000))
@@ -120,14 +119,10 @@ attempt("far", time.ticks_add, 0, 2**29)
 }
 
 
-@pytest.fixture(scope="module", params=VERSIONS)
-def bench(request):
-    """(board, its device, its bus) with the sensor replaced by plain registers."""
-    device = Ram()
-    bus = Bus(device)
-    with VirtualPico(bus=bus, micropython=request.param) as board:
-        board.exec(_HEAD)
-        yield board, device, bus
+@pytest.fixture(scope="module")
+def bench(plain_board):
+    plain_board[0].exec(_HEAD)
+    return plain_board
 
 
 def _on_host(script, version, device, bus, tmp_path):

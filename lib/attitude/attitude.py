@@ -251,5 +251,6 @@ class Attitude(Orientation):
         self._bias.begin_at(bias_dps, home_dps)
         self._q, self._blank = q, False
         self._gyro = tuple([rate + b for rate, b in zip(rates_dps, bias_dps)])
-        self._age_s = 4.0 * self.tau_s
+        # a filter that has not told its bias at rest may not know all of it
+        self._age_s = (4.0 if home_dps else 1.0) * self.tau_s
         self._gain = self._gain_now()

@@ -8,16 +8,19 @@ from array import array
 from attitude.counts import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS, Ideal, lsb, period16, row_of
 from attitude.standing import go_on, turned, with_yaw
 
+_LONGEST_US = 1000000  # after a longer gap the filter levels anew
+
 
 class FromCounts:
     """`out`, angles_mdeg, rates_mdps: as attitude.fixed.base's, made once.
 
-    A subclass gives _make(settings) -> the filters, _update(gyro, accel, dt_s) -> None, and what
+    A subclass gives _make(settings) -> the filters, _update(gyro, accel, dt_s), and what
     attitude.standing asks for.
     """
 
     timed = True  # update() needs the measured time
     at_rest = False  # of filters that do not watch for it
+    knows_yaw = False  # of filters of roll and pitch only
 
     def __init__(self, rate_hz, gyro_dps, accel_g, settings):
         self.rate_hz = rate_hz
@@ -33,6 +36,29 @@ class FromCounts:
         self._kept = None
         self.pending = [None, self._period16, None, settings]  # rows, period, filters, settings
         self.calibrate(Ideal)
+
+    def relevel(self):
+        """After a gap: level anew; yaw and bias stay."""
+        raise NotImplementedError
+
+    @property
+    def bias_dps(self):
+        """Gyro bias on top of the calibration, deg/s."""
+        raise NotImplementedError
+
+    def standing(self):
+        """Where it stands."""
+        raise NotImplementedError
+
+    def place(self, q):
+        """The same with another attitude."""
+        raise NotImplementedError
+
+    def _make(self, settings):
+        raise NotImplementedError
+
+    def _update(self, gyro, accel, dt_s):
+        raise NotImplementedError
 
     # ---- coefficients
 
@@ -88,13 +114,18 @@ class FromCounts:
     # ---- samples
 
     def update(self, counts, dt_us=0):
-        """One sample, dt_us after the last; 0: after the filter's own period."""
+        """One sample, dt_us after the last; 0: after the filter's own period. After more than a
+        second it levels anew.
+        """
         x, y, z = counts[4], counts[5], counts[6]
         gyro = [a * x + b * y + c * z + d for a, b, c, d in self._rows[:3]]
         x, y, z = counts[0], counts[1], counts[2]
         accel = [a * x + b * y + c * z + d for a, b, c, d in self._rows[3:]]
         out, lsb_dps, lsb_g = self.out, self._gyro_lsb, self._accel_lsb
         out[6], out[7], out[8] = [round(value) for value in accel]
+        if dt_us > _LONGEST_US:
+            self.relevel()
+            dt_us = 0
         dt_us = dt_us if dt_us > 0 else self._period16 / 16
         self._update([g / lsb_dps for g in gyro], [a / lsb_g for a in accel], dt_us * 1e-6)
 

@@ -16,16 +16,24 @@ from attitude.tilt import accel_tilt_deg
 class FloatAttitude(FromCounts):
     """The float Attitude: free motion."""
 
+    knows_yaw = True
+
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         super().__init__(rate_hz, gyro_dps, accel_g, settings)
 
     def _make(self, settings):
-        full = {"gyro_range_dps": self.gyro_dps, "accel_range_g": self.accel_g}
-        return (Attitude(self.rate_hz, **full, **settings),)
+        settings = settings.copy()
+        settings["gyro_range_dps"], settings["accel_range_g"] = self.gyro_dps, self.accel_g
+        return (Attitude(self.rate_hz, **settings),)
 
     def _update(self, gyro, accel, dt_s):
+        x, y, z = gyro
+        ax, ay, az = accel
+        self.cores[0].update(x, y, z, ax, ay, az, dt_s)
+        self._show()
+
+    def _show(self):
         core = self.cores[0]
-        core.update(*gyro, *accel, dt_s)
         self._tell((core.roll_deg, core.pitch_deg, core.yaw_deg), core.rates_dps())
         self.out[9] = core.at_rest
 
@@ -62,6 +70,7 @@ class FloatAttitude(FromCounts):
     def set_state(self, state):
         """Continue from a state() of the same kind."""
         self.cores[0].set_state(state)
+        self._show()
 
     # ---- for attitude.standing
 
@@ -75,9 +84,8 @@ class FloatAttitude(FromCounts):
 
     def place(self, q):
         """The same with another attitude."""
-        core = self.cores[0]
-        core.place(q)
-        self._tell((core.roll_deg, core.pitch_deg, core.yaw_deg), core.rates_dps())
+        self.cores[0].place(q)
+        self._show()
 
     def begin_at(self, there):
         """Begin there, past the time of levelling."""
@@ -94,6 +102,7 @@ class FloatTilt(FromCounts):
     def __init__(self, kind, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         self._kind = kind
         self._brought = (0.0, 0.0, 0.0)  # deg/s
+        self._last = None  # rates of the last sample, deg/s
         self._started = self._seen = False
         super().__init__(rate_hz, gyro_dps, accel_g, settings)
 
@@ -106,10 +115,18 @@ class FloatTilt(FromCounts):
             self._started = self._seen = True
             self._set_angles(angles)
         gyro = [g - b for g, b in zip(gyro, self._brought)]
+        # by the trapezoid rule, which counts in a loop with long gaps
+        mean = [0.5 * (g + last) for g, last in zip(gyro, self._last or gyro)]
+        self._last = tuple(gyro)
+        for i, core in enumerate(self.cores):
+            core.update(angles[i], mean[i], dt_s)
+        self._show()
+
+    def _show(self):
         roll, pitch = self.cores
-        angles = (roll.update(angles[0], gyro[0], dt_s), pitch.update(angles[1], gyro[1], dt_s))
+        gyro = self._last or (0.0, 0.0, 0.0)
         rates = [g - getattr(core, "bias_dps", 0.0) for g, core in zip(gyro, self.cores)]
-        self._tell((*angles, 0.0), (*rates, gyro[2]))
+        self._tell((roll.angle_deg, pitch.angle_deg, 0.0), (rates[0], rates[1], gyro[2]))
 
     def _set_angles(self, angles_deg):
         for core, angle in zip(self.cores, angles_deg):
@@ -124,23 +141,25 @@ class FloatTilt(FromCounts):
     def reset(self):
         """Start anew on the next sample, with bias 0."""
         self._started = self._seen = False
-        self._brought = (0.0, 0.0, 0.0)
+        self._brought, self._last = (0.0, 0.0, 0.0), None
         for core in self.cores:
             core.reset()
 
     def relevel(self):
         """Start at the accelerometer's angles of the next sample; the bias stays."""
-        self._started = False
+        self._started, self._last = False, None
 
     def state(self):
         """What set_state() takes to continue here."""
-        return (self._started, self._seen, self._brought) + tuple([c.state() for c in self.cores])
+        own = (self._started, self._seen, self._brought, self._last)
+        return own + tuple([core.state() for core in self.cores])
 
     def set_state(self, state):
         """Continue from a state() of the same kind."""
-        self._started, self._seen, self._brought = state[:3]
-        for core, own in zip(self.cores, state[3:]):
+        self._started, self._seen, self._brought, self._last = state[:4]
+        for core, own in zip(self.cores, state[4:]):
             go_on_with(core, own)
+        self._show()
 
     # ---- for attitude.standing
 
@@ -158,9 +177,8 @@ class FloatTilt(FromCounts):
 
     def place(self, q):
         """The same with another attitude, but for its yaw."""
-        roll, pitch, _ = angles_deg(q)
-        self._set_angles((roll, pitch))
-        self._tell((roll, pitch, 0.0), [rate / 1000.0 for rate in self.rates_mdps])
+        self._set_angles(angles_deg(q))
+        self._show()
 
     def begin_at(self, there):
         """Begin there."""
@@ -172,5 +190,6 @@ class FloatTilt(FromCounts):
             for core, own in zip(self.cores, bias):
                 core.bias_dps = own
             self._brought = (0.0, 0.0, bias[2])
-        self._tell((0.0, 0.0, 0.0), rates)
+        own = [getattr(core, "bias_dps", 0.0) for core in self.cores] + [0.0]
+        self._last = tuple([rate + b for rate, b in zip(rates, own)])
         self.place(q)

@@ -15,9 +15,10 @@ class Registers:
     """
 
     NAME = "device"
-    lock = None  # a context manager to be held during each transfer, where a tick shares the bus
 
     def __init__(self, i2c, address):
+        # a context manager to be held during each transfer, where a tick shares the bus
+        self.lock = None
         self.bus = i2c
         self.address = address
         self._table = bytearray()

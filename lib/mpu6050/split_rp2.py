@@ -133,11 +133,18 @@ class Split:
         counts = ptr8(self._counts)
         counts[1] = bus[_IC_DATA_CMD] & 0xFF  # FIRST_DATA_BYTE [11] comes with this one
         counts[0] = bus[_IC_DATA_CMD]
-        i = 2
-        while i < 14:
-            counts[i + 1] = bus[_IC_DATA_CMD]
-            counts[i] = bus[_IC_DATA_CMD]
-            i += 2
+        counts[3] = bus[_IC_DATA_CMD]
+        counts[2] = bus[_IC_DATA_CMD]
+        counts[5] = bus[_IC_DATA_CMD]
+        counts[4] = bus[_IC_DATA_CMD]
+        counts[7] = bus[_IC_DATA_CMD]
+        counts[6] = bus[_IC_DATA_CMD]
+        counts[9] = bus[_IC_DATA_CMD]
+        counts[8] = bus[_IC_DATA_CMD]
+        counts[11] = bus[_IC_DATA_CMD]
+        counts[10] = bus[_IC_DATA_CMD]
+        counts[13] = bus[_IC_DATA_CMD]
+        counts[12] = bus[_IC_DATA_CMD]
         shared[_BUSY] = 0
         if old:
             return 0

@@ -8,7 +8,6 @@ period; one coefficient, STEP, is the true period by the nominal one.
 
 from array import array
 
-import micropython
 from micropython import const
 
 from attitude.counts import (
@@ -19,7 +18,6 @@ from attitude.counts import (
     period16,
 )
 from attitude.fixed.folding import check_rate, fold_accel, fold_gyro, mantissa
-from attitude.fixed.gap import bridge
 from attitude.fixed.intmath import ratio
 
 # the first coefficients of every filter
@@ -42,13 +40,17 @@ class Fixed:
     sensor's scale; [9] 1 at rest. angles_mdeg, rates_mdps: the first two as arrays of their own.
     They allocate nothing and cost a tenth of a property.
 
-    A subclass gives _unit_per_deg (of its rates), the places _seq_at (of a count of steps),
-    _out_at, _state_at and _state_end, _coefficients (how many), and step(), relevel(), reset(),
-    _set_up(settings by name), which fills `pending` from 28 on.
+    step(counts): one sample, counts as the sensor gives them, ax ay az temp gx gy gz (int16), at
+    the filter's own period: for an interrupt. update(counts, dt_us=0): the same for all others;
+    dt_us: microseconds since the sample before, for a loop with gaps of its own (see gap).
+
+    A subclass gives these two, swap(), relevel(), reset(); _unit_per_deg (of its rates); the
+    places _seq_at (of a count of steps), _out_at, _state_at and _state_end; and
+    _set_up(settings by name), which fills `pending` from 28 on. The last number of `pending` says
+    what swap() takes over: 0 the period, 1 all coefficients, more what the subclass says.
     """
 
     _unit_per_deg: float
-    _coefficients: int
     _seq_at: int
     _out_at: int
     _state_at: int
@@ -56,6 +58,7 @@ class Fixed:
     _least_hz = 10
 
     at_rest = False  # of filters that do not watch for it
+    knows_yaw = False  # of filters of roll and pitch only
     timed = False  # update() needs no dt: the period is fixed
 
     def __init__(self, rate_hz, gyro_dps, accel_g, size, pending, settings):
@@ -84,6 +87,19 @@ class Fixed:
         self.swap()
         self.reset()
 
+    # ---- what the subclass knows
+
+    def reset(self):
+        """Forget everything."""
+        raise NotImplementedError
+
+    def swap(self):
+        """Take over the prepared coefficients."""
+        raise NotImplementedError
+
+    def _set_up(self, **settings):
+        raise NotImplementedError
+
     # ---- coefficients
 
     def prepare(self, calibration=None, period_us=None, settings=None):
@@ -105,6 +121,7 @@ class Fixed:
                     merged.update(settings)
                     self._set_up(**merged)
                     self._settings = merged
+                self.pending[-1] |= 1
             except Exception as error:
                 for i, value in enumerate(kept):
                     self.pending[i] = value
@@ -119,16 +136,6 @@ class Fixed:
         unit = self._unit_per_deg / (self._gyro_lsb * self.rate_hz)
         fold_accel(self.pending, _ACCEL, cal, self._accel_lsb)
         self.pending[_GYRO_SHIFT] = fold_gyro(self.pending, _GYRO, cal, self._gyro_lsb, unit)
-
-    @micropython.viper
-    def swap(self):
-        """Take over the prepared coefficients; angle, bias and all other state stay. A few us."""
-        s = ptr32(self._s)
-        new = ptr32(self.pending)
-        n = int(self._coefficients)
-        while n:
-            n -= 1
-            s[n] = new[n]
 
     def calibrate(self, calibration):
         """Fold a Calibration (bias, matrices, mounting) into the step, at no cost.
@@ -151,25 +158,7 @@ class Fixed:
         self.prepare(None, value)
         self.swap()
 
-    # ---- samples
-
-    @micropython.native
-    def update(self, counts, dt_us=0):
-        """One sample: counts as the sensor gives them, ax ay az temp gx gy gz (int16).
-
-        dt_us: microseconds since the sample before, for a loop with gaps of its own: the time is
-        bridged in steps no longer than the period, along a straight line from that sample to this
-        one; beyond a second the filter levels anew. 0: one step at the filter's own period, the
-        same as step(counts), which is the one for an interrupt.
-        """
-        if dt_us > 0:
-            self._bridge(counts, dt_us)
-        else:
-            self.step(counts)
-
-    _bridge = bridge
-
-    # ---- results
+    # ---- results and state
 
     @property
     def roll_mdeg(self):

@@ -34,12 +34,13 @@ class Port:
     """A board of personality 'rp2' or 'esp32' while its `with` block runs.
 
     `buses` {id: Bus} are the I2C buses; `machine_name` a chip of traits.MACHINES; `version`
-    MicroPython's; `before_wrap_s` how long before their wrap the ticks start; `pace` None for as
-    fast as possible, 1.0 for real time; `wiring` {id: (sda, scl)} fixes the pins a bus is soldered
-    to; `reset_cause` what `machine.reset_cause()` says; `gc_ns` the time of a collection.
-    `machine`, `micropython`, `rp2` or `esp32` are importable inside; board code is imported afresh
-    and sees the board's `time`, `sys`, `os`, `gc`, `select`, `errno`, `asyncio` too; the host's
-    `time` has the ticks functions added.
+    MicroPython's (rp2 has hard timers from 1.26 on); `before_wrap_s` how long before their wrap
+    the ticks start; `pace` None for as fast as possible, 1.0 for real time; `wiring` {id: (sda,
+    scl)} fixes the pins a bus is soldered to; `reset_cause` what `machine.reset_cause()` says;
+    `gc_ns` the time of a collection. `machine`, `micropython`, `rp2` or `esp32` are importable
+    inside; board code is imported afresh and sees the board's `time`, `sys`, `os`, `gc`, `select`,
+    `errno`, `asyncio` too; the host's `time` has the ticks functions added. `errors` are the
+    exceptions that left a callback, and what a hard one may not do (hard.py).
     """
 
     def __init__(

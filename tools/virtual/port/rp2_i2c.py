@@ -83,13 +83,9 @@ class I2CBlock:
         raw = self.interrupts | (dw.TX_EMPTY if self.enabled and not self.tx else 0)
         if offset == dw.IC_STATUS:
             bits = (
-                self.busy,
-                len(self.tx) < dw.FIFO,
-                not self.tx,
-                bool(self.rx),
-                len(self.rx) == dw.FIFO,
-                self.busy,
-            )
+                self.busy, len(self.tx) < dw.FIFO, not self.tx,
+                bool(self.rx), len(self.rx) == dw.FIFO, self.busy,
+            )  # fmt: skip
             return sum(bool(bit) << place for place, bit in enumerate(bits))
         values = {
             dw.IC_RXFLR: len(self.rx), dw.IC_TXFLR: len(self.tx),

@@ -4,7 +4,7 @@
     with VirtualPico(bus=Bus(MPU6050Chip()), root=True, main=False) as pico:
         print(pico.exec("import machine; print(machine.I2C(0).scan())"))
 
-Emulated time passes only inside calls, so a run repeats itself to the cycle. Code runs about 35
+Emulated time passes only inside calls, so a run repeats itself to the cycle. Code runs some 14
 times slower than on the chip; time that the firmware sleeps through costs next to nothing.
 `python -m tools.virtual.pico` serves a board to the real mpremote.
 """
@@ -136,6 +136,16 @@ class VirtualPico:
         """Switch on and wait for the REPL's prompt (so for the end of main.py)."""
         self._mcu.core.pc = FLASH_START_ADDRESS
         self.wait_prompt(timeout_s)
+
+    def boot_until(self, pattern, timeout_s=BOOT_S):
+        """Switch on, type nothing, and wait until the board prints what `pattern` finds (a
+        compiled one, of bytes); milliseconds since power-on. PicoError when it does not.
+        """
+        self._console.on_device_connected = lambda: None
+        self._mcu.core.pc = FLASH_START_ADDRESS
+        if not self._run(lambda: pattern.search(self.output), timeout_s):
+            raise PicoError(f"not within {timeout_s} s; printed: {_text(self.output)}")
+        return self.nanos / 1e6
 
     def reset(self, timeout_s=BOOT_S):
         """Press RESET: RAM and peripherals start anew, flash stays; main.py runs again."""

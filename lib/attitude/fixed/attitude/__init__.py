@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The integer twin of attitude.Attitude: one viper call from raw counts to millidegrees.
 
-Its numbers stand in one array of 32-bit integers that six files share. A constant of viper code
+Its numbers stand in one array of 32-bit integers that these files share. A constant of viper code
 must be local to its file to be free, so what stands once is this list, and a test holds every
 const() of the folder against it. "inc" is a rate times the nominal dt / 4 in 2^-30 rad, "sum" is
 inc times samples, Qn a number times 2^n; spans of time are counts of blocks. Written by: set
-(coefficients and base: set-up, calibration, period), step, slow, view (bias_view), level, stand.
+(coefficients and base: set-up, calibration, period), view (bias_view), and files of that name.
 
 place    name        format and meaning                                              written by
 0-11     ACCEL       Q14: accelerometer's 9 coefficients, 3 offsets (folding)               set
@@ -40,12 +40,12 @@ place    name        format and meaning                                         
 53       FAST        speed to gain * dt, Q24: times FAST / 2^15 >> FAST_SHIFT               set
 54       FAST_SHIFT  see FAST; the last coefficient                                         set
 55       SEQ         steps so far, modulo 2^30; the first of the state                     step
-56       W           quaternion, sensor to earth, Q30             step, slow, level, stand, turn
-57       X           the same                                     step, slow, level, stand, turn
-58       Y           the same                                     step, slow, level, stand, turn
-59       Z           the same                                     step, slow, level, stand, turn
+56       W           quaternion, sensor to earth, Q30       step, slow, level, stand, turn
+57       X           the same                               step, slow, level, stand, turn
+58       Y           the same                               step, slow, level, stand, turn
+59       Z           the same                               step, slow, level, stand, turn
 60       TRIM        (|q|^2 - 1) / 2, Q18: what the next sample takes off  step, level, stand, turn
-61-63    LAST        inc of the last sample without bias                       step, stand, turn
+61-63    LAST        inc of the last sample without bias                 step, stand, turn
 64-66    BIAS        inc Q8                                              slow, view, stand
 67-69    FRACTION    of the bias, Q8: what waits                                           step
 70       VX          velocity that should not be there, g * 2^24                     step, slow
@@ -61,8 +61,8 @@ place    name        format and meaning                                         
 80       DUE         the view of the bias follows at the next sample          step, slow, level
 81       BEGIN       the next sample is a block: 1 new means, 2 and yaw 0  slow, level, stand
 82-87    SUM         of the block: inc with the bias in it, calibrated counts        step, slow
-88-89    ROLL        mdeg, then the pitch; the first of the results            step, stand, turn
-90       YAW         mdeg                                                                  step, turn
+88-89    ROLL        mdeg, then the pitch; the first of the results      step, stand, turn
+90       YAW         mdeg                                                       step, turn
 91-93    RATES       mdps                                                      step, stand
 94-96    FORCE       calibrated accelerometer, counts                                      step
 97       AT_REST     1 or 0                                                                slow
@@ -76,7 +76,7 @@ place    name        format and meaning                                         
 116      RESTED      for how long it has been at rest, at most RESTED_MAX      slow, stand
 117      LEARNED     it has rested once                                        slow, stand
 118      MOVED       it has moved since the start                       slow, level, stand
-119      SPEED       sum of the axes' |rate| over some seconds, sum                        slow
+119      SPEED       sum of the axes' |rate| over some seconds, sum            slow, level
 120      KNOWN       how long the bias has been watched                  slow, view, stand
 121      GAIN        gain * dt, Q24                                                        slow
 122-127  TILT        Q24: earth x in sensor axes, earth y in sensor axes, filtered   slow, view
@@ -92,7 +92,9 @@ from attitude.fixed.attitude.level import begin, begin_again, without_yaw
 from attitude.fixed.attitude.step import step
 from attitude.fixed.attitude.turn import keep, turn
 from attitude.fixed.base import Fixed
+from attitude.fixed.gap import bridge
 
+_STEP = const(25)
 _SEQ = const(55)
 _BIAS = const(64)
 _ROLL = const(88)
@@ -110,8 +112,8 @@ class Attitude(Fixed):
     The algorithm is described there. The angles are for now, turned on by lag_s.
     """
 
+    knows_yaw = True
     _unit_per_deg = INC_PER_DPS
-    _coefficients = _STATE
     _seq_at = _SEQ
     _out_at = _ROLL
     _state_at = _STATE
@@ -119,7 +121,7 @@ class Attitude(Fixed):
     _least_hz = 40  # so that a block of samples is no longer than 25 ms
 
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
-        super().__init__(rate_hz, gyro_dps, accel_g, _STATE_END, _STATE, settings)
+        super().__init__(rate_hz, gyro_dps, accel_g, _STATE_END, _STATE + 1, settings)
 
     def _set_up(self, **settings):
         set_up(self.pending, self.rate_hz, self.gyro_dps, self.accel_g, **settings)
@@ -133,6 +135,29 @@ class Attitude(Fixed):
         """The direction it looks in now is yaw 0."""
         without_yaw(self._s)
         self.out[2] = 0
+
+    @micropython.native
+    def update(self, counts, dt_us=0):
+        """One sample, dt_us after the one before; 0: at the filter's own period, as step()."""
+        if dt_us > 0:
+            bridge(self, counts, dt_us)
+        else:
+            step(self, counts)
+
+    @micropython.viper
+    def swap(self):
+        """Take over the prepared coefficients; angle, bias and all other state stay. 10 to 25 us,
+        no allocation: fit for an interrupt.
+        """
+        n = _STATE
+        s = ptr32(self._s)
+        new = ptr32(self.pending)
+        s[_STEP] = new[_STEP]
+        if new[_STATE]:
+            new[_STATE] = 0
+            while n:
+                n -= 1
+                s[n] = new[n]
 
     @micropython.native
     def reset(self):

@@ -18,10 +18,8 @@ _BIAS = const(64)
 _FRACTION = const(67)
 _K_SHIFT = const(75)
 _LEFT = const(77)
-_COUNT = const(78)
-_OVER = const(79)
-_DUE = const(80)
 _BEGIN = const(81)
+_SUM = const(82)
 _ROLL = const(88)
 _RATES = const(91)
 _HOME = const(104)
@@ -29,7 +27,6 @@ _UP = const(110)
 _RESTED = const(116)
 _MOVED = const(118)
 _SPEED = const(119)
-_KNOWN = const(120)
 _GAIN = const(121)
 _STATE = const(55)
 _STATE_END = const(140)
@@ -138,8 +135,8 @@ def without_yaw(array):
 @micropython.viper
 def begin(array):
     """Forget everything; the next sample levels, with yaw 0."""
-    s = ptr32(array)
     i = _STATE
+    s = ptr32(array)
     while i < _STATE_END:
         s[i] = 0
         i += 1
@@ -152,28 +149,34 @@ def begin(array):
 @micropython.viper
 def begin_again(array):
     """The next samples level anew; attitude, bias and what is known of the bias stay till then."""
-    s = ptr32(array)
     i = _TRIM
+    s = ptr32(array)
+    while i < _BIAS:
+        s[i] = 0
+        i += 1
+    i = _FRACTION
+    while i < _BEGIN:
+        s[i] = 0
+        i += 1
+    i = _SUM
+    while i < _ROLL:
+        s[i] = 0
+        i += 1
+    i = _RATES
+    while i < _HOME:
+        s[i] = 0
+        i += 1
+    i = _UP
+    while i < _RESTED:
+        s[i] = 0
+        i += 1
+    s[_SPEED] = 0
+    i = _GAIN
     while i < _STATE_END:
-        if i == _BIAS:
-            i = _FRACTION
-        elif i == _LEFT:
-            i = _BEGIN + 1
-        elif i == _ROLL:
-            i = _RATES
-        elif i == _HOME:
-            i = _UP
-        elif i == _RESTED:
-            i = _SPEED
-        elif i == _KNOWN:
-            i = _GAIN
         s[i] = 0
         i += 1
     s[_K_SHIFT] = 9
     s[_LEFT] = 1
-    s[_COUNT] = 0
-    s[_DUE] = 0
-    s[_OVER] = 0
     if s[_BEGIN] == 0:
         s[_BEGIN] = 1
     s[_MOVED] = 1  # who knows

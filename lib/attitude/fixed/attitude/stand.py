@@ -16,6 +16,7 @@ _LAG = const(30)
 _LAG_POST = const(31)
 _N = const(33)
 _RESTED_MAX = const(42)
+_YOUNG = const(43)
 _KNOWN_MAX = const(49)
 _LEARN_AGE = const(50)
 _W = const(56)
@@ -87,8 +88,9 @@ def begin_at(s, there, rate_hz):
     inc = INC_PER_DPS / rate_hz
     s[_BEGIN] = 1
     s[_MOVED] = 1
-    s[_AGE] = s[_LEARN_AGE]
+    s[_AGE] = s[_YOUNG]  # a filter that has not told its bias at rest may not know all of it
     if home:
+        s[_AGE] = s[_LEARN_AGE]
         s[_LEARNED] = 1
         s[_RESTED] = s[_RESTED_MAX]
         s[_KNOWN] = s[_KNOWN_MAX]
