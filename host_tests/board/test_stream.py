@@ -67,7 +67,7 @@ def test_a_frame_costs_no_byte_and_the_tick_nothing_while_nobody_listens(board):
     )
     board.exec("app.stream.start(keep_s=1000)\nidle(600)")
     locked = (
-        "micropython.heap_lock()\nerrors = app.foreground.errors\nidle(300)\n"
+        "errors = app.foreground.errors\nmicropython.heap_lock()\nidle(300)\n"
         "micropython.heap_unlock()\nprint(app.foreground.errors - errors, app.stream.written)"
     )
     errors, pairs = map(int, board.exec(locked).split())
