@@ -11,6 +11,9 @@ app.stop()
 """
 
 import gc
+
+gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+
 from array import array
 
 import micropython
@@ -23,6 +26,7 @@ from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config, checked
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
+from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 
@@ -38,6 +42,7 @@ _YAW_DOUBT = const(28)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
+ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
 _UNDO = const(20)
 
 _HELP = """app.start(), app.stop()            run in the background; end
@@ -87,6 +92,7 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
+        self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
         self._watched = False
         self._attached = []
@@ -146,6 +152,7 @@ class App:
             self._watched = True
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
+        gc.threshold(-1)
         wiring.begin(self)
         self._running.append(self)
         self.loop.start()
@@ -202,6 +209,7 @@ class App:
                 wiring.change(self, name in PACE)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
+        self.stream.changed(None if name in ALL_OVER else name)
 
     def _apply(self, name):
         config = self.config
