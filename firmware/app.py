@@ -114,9 +114,8 @@ class App:
             if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.sensor_rate_hz(self.config)
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
-        self.calibration, warnings = startup.calibration(self.imu, self.config)
+        self._find_sensor()
+        self.calibration, warnings = startup.calibration(self.imu, self.board, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
         wiring.adopt_sensor(self)
@@ -148,6 +147,13 @@ class App:
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _find_sensor(self):
+        """`imu` is there and measures as the knobs say. OSError says what to check."""
+        if self.imu is None:
+            self.imu = startup.sensor(self.board, self.config)
+        else:
+            startup.again(self.imu, self.board, self.config)
+
     def _same_sensor(self, other):
         return (
             other.board.i2c_id == self.board.i2c_id
@@ -158,9 +164,8 @@ class App:
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
         try:
+            self._find_sensor()
             return work(self.imu)
         finally:
             if running:
@@ -314,8 +319,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+        self._find_sensor()
         return Calibrating(self.imu)
 
     @property
