@@ -5,7 +5,7 @@ PYTHON ?= python3
 PY := .venv/bin/python
 OUT := out
 
-.PHONY: demo test bench accuracy faults experiments figures machine-code deploy lint types clean
+.PHONY: help demo test bench accuracy faults loop experiments figures image machine-code deploy lint types clean
 
 demo bench: .venv/ready
 	$(PY) -m tools.$@ $(ARGS)
@@ -22,6 +22,10 @@ experiments: .venv/ready
 # Which mpy-cross compiles viper and native code right, executed on three instruction sets.
 machine-code: .venv/ready
 	$(PY) -m tools.machine_code $(ARGS)
+
+# MicroPython for Pico and Pico W with the app frozen in, into out/image.
+image: .venv/ready
+	$(PY) -m tools.image --json $(OUT)/image/image.json $(ARGS)
 
 # Measures all that the README quotes and writes it there; DATA: a folder of whole recordings.
 figures: .venv/ready

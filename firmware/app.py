@@ -74,6 +74,7 @@ class App:
         self.board = board or find()
         self.config = Config()
         self.warnings = self.config.load()
+        self._believe_knobs()
         self.config.change = self.set
         self.tick = Tick()
         self.bus = Bus()
@@ -88,7 +89,17 @@ class App:
         self.tick.after = self.foreground.after
         self._copy = array("i", self.tick.est)
         self._watched = False
+        self._attached = []
         self._past = []
+
+    def _believe_knobs(self):
+        """Knobs from the flash that do not go together never stop a start."""
+        if self.config.changed():
+            try:
+                startup.check(self.config)
+            except ValueError as error:
+                self.warnings.append("knobs on the flash: %s; all have their defaults" % error)
+                self.config.reset()
 
     def __repr__(self):
         if not self.running:
@@ -108,16 +119,25 @@ class App:
         return self.loop is not None and self.loop.running
 
     def start(self):
-        """Set all up and run in the background. OSError, with what to check, without a sensor."""
+        """Set all up and run in the background. OSError, with what to check, without a sensor;
+        ValueError where knobs do not go together."""
+        try:
+            self._start()
+        except KeyboardInterrupt:
+            print("stopped before it ran: app.start()")
+            raise
+
+    def _start(self):
         self.stop()
         for other in self._running:
             if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
-        startup.sensor_rate_hz(self.config)
+        startup.check(self.config)
         self._find_sensor()
-        self.calibration, warnings = startup.calibration(self.imu, self.board, self.config)
+        self.calibration, warnings = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
+        self.warnings = warnings
         wiring.adopt_sensor(self)
         wiring.settle(self)
         wiring.wire(self, None)
@@ -190,9 +210,10 @@ class App:
 
     def _apply(self, name):
         config = self.config
-        startup.sensor_rate_hz(config)
         if self.loop is None:
+            startup.check(config)
             return
+        startup.sensor_rate_hz(config)
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "address":
@@ -204,6 +225,8 @@ class App:
                 wiring.use(self, wiring.made(self, self.filter))
         elif name in filters.SETTINGS[config.filter]:
             wiring.prepare(self, settings=filters.settings(config, self.imu))
+        elif name.split("_")[0] in self._attached:
+            self.outputs.tune(self.period_us)
         else:
             wiring.settle(self)
 
@@ -243,6 +266,20 @@ class App:
         """Keep the knobs on the flash, for the next start. OSError when it refuses."""
         self.config.save()
         return "saved; %s" % (self.config.changed() or "all knobs have their defaults")
+
+    # ---- applications
+
+    def has(self, name):
+        """Whether the application of this name runs on this app."""
+        return name in self._attached
+
+    def attach(self, name, controller):
+        """Let a controller of firmware.apps drive, and run. It has update(app), safe() and
+        tune(period_us), which is called also when one of its knobs (NAME_...) changes."""
+        self._attached.append(name)
+        self.outputs.add(controller.update, controller.safe, hard=True, tune=controller.tune)
+        if not self.running:
+            self.start()
 
     # ---- directions
 
@@ -341,6 +378,12 @@ class App:
     def yaw_doubt_deg(self):
         """How far outages may have put the yaw off since the start or zero_yaw(), degrees."""
         return self.tick.words[_YAW_DOUBT] / 1000
+
+    @property
+    def turned_deg(self):
+        """Like yaw_deg, and whole turns counted: 725 after two turns and five degrees."""
+        est = self.tick.est
+        return (est[4] + 360000 * est[15]) / 1000
 
     @property
     def fresh(self):

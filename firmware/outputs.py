@@ -50,6 +50,11 @@ class Outputs:
         return self._words[_FAILED]
 
     @property
+    def raising(self):
+        """Whether a function raised the last time it was called."""
+        return any(self._drive.in_row)
+
+    @property
     def active(self):
         """Whether there are any."""
         return bool(self._rows)

@@ -1,23 +1,27 @@
 # SPDX-License-Identifier: MIT
-"""What happens once, before the loop runs: the sensor found and set up, the stored calibration,
-the gyro's bias at rest. As tolerant as the flight: what fails is tried again for a while.
+"""The sensor found and set up, before the loop runs.
+
+As tolerant as the flight: what fails is tried again for a while, then refused with what was seen,
+how often, and what to check.
 """
 
 import time
 from errno import ENODEV
 
+from calibration import Calibration
 from calibration.rest import NotStill, rest
 from micropython import const
-from mpu6050 import MPU6050
+from mpu6050 import MPU6050, ranges
 
+from firmware import filters
 from firmware.board import diagnose
 from firmware.calibration import load_for
 
 _OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
-_PATIENCE_MS = const(1000)  # until a sensor is given up: its supply may be up 100 ms late (PS p. 15)
+_PATIENCE_MS = const(1000)  # a supply may take 100 ms to rise (PS p. 15), a plug to be pushed in
 _EACH_MS = const(100)  # of which one attempt asks for its name
 _FIRST = const(30)
-_SPREAD = 6.0  # from the least to the largest of some hundred samples, in standard deviations
+_SPREAD = 6.0
 
 
 def sensor(board, config):
@@ -68,7 +72,7 @@ def again(imu, board, config):
 
 def _patiently(work, board, config, seen):
     """What work(i2c) returns, tried for _PATIENCE_MS with a bus that is freed in between: the
-    sensor may come up later than the board, and hang in a transfer that a reset cut off.
+    sensor may come up later than the board, or hang in a transfer that a reset cut off.
 
     i2c: None at first, then the bus made anew.
     """
@@ -83,14 +87,27 @@ def _patiently(work, board, config, seen):
             failure = error
         i2c = board.recover()
     # raised out here, so that one traceback is shown
-    text = "%s\nTried %d times in %.1f s." % (
-        failure.args[-1], tries, time.ticks_diff(time.ticks_ms(), began) / 1000,
-    )  # fmt: skip
+    passed_s = time.ticks_diff(time.ticks_ms(), began) / 1000
+    text = "%s\nTried %d times in %.1f s." % (failure.args[-1], tries, passed_s)
     if "allow_unknown" in text:
         text += ' In the app: app.set("allow_unknown", 1) or app.set("address", 0x69).'
     if 2 * sum([n for got, n in seen.items() if got >= 0]) <= sum(seen.values()):
         text += "\nSeen: %s" % diagnose(board, config.address)
     raise OSError(failure.args[0], text)
+
+
+def first(imu):
+    """One good sample is in the driver's counts. OSError when none comes."""
+    failure = None
+    for _ in range(_FIRST):
+        try:
+            imu.read()
+            if imu.plausible():
+                return
+        except OSError as error:
+            failure = error
+        time.sleep_ms(1)
+    raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
 
 
 def sensor_rate_hz(config):
@@ -110,7 +127,22 @@ def sensor_rate_hz(config):
     )
 
 
-def calibration(imu, board, config):
+class _Ranges:
+    """What a sensor with these knobs would have, for check()."""
+
+    def __init__(self, config):
+        self.gyro_range_dps, self.accel_range_g = config.gyro_dps, config.accel_g
+        self.delay_s = ranges.delay_s(config.dlpf_hz, ranges.FAMILIES[0])
+
+
+def check(config):
+    """ValueError where the knobs do not go together, whatever each of them is by itself."""
+    rate_hz = sensor_rate_hz(config)
+    ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
+    filters.make(config, Calibration(), _Ranges(config), config.rate_hz)
+
+
+def calibration(imu, config):
     """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
     cal, warnings = load_for(imu)
     first(imu)
@@ -129,21 +161,18 @@ def calibration(imu, board, config):
         except NotStill as error:
             text = "gyro bias not measured, the stored one (or zero) is used: it %s"
             warnings.append(text % error)
-    return cal, warnings
+    return _folding(cal, imu, config, warnings), warnings
 
 
-def first(imu):
-    """One good sample is in the driver's counts. OSError when none comes."""
-    failure = None
-    for _ in range(_FIRST):
+def _folding(cal, imu, config, warnings):
+    """`cal`, or as much of it as this range's integers can hold."""
+    for less in (cal, cal.mounting(), Calibration()):
         try:
-            imu.read()
-            if imu.plausible():
-                return
-        except OSError as error:
-            failure = error
-        time.sleep_ms(1)
-    raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
+            filters.make(config, less, imu, config.rate_hz)
+            return less
+        except ValueError as error:
+            warnings.append("the stored calibration is not used: %s" % error)
+    return cal
 
 
 def _settling_ms(config, imu):

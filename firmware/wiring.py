@@ -129,6 +129,8 @@ def begin(app):
     for place in range(_COUNT, len(words)):
         words[place] = 0
     words[_SURE] = words[_FORGET] = words[_ODD] = 1
+    for place in range(len(tick.est)):
+        tick.est[place] = 0
     startup.first(imu)
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])

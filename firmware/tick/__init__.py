@@ -47,6 +47,8 @@ _COUNT = const(30)
 _RUNNING = const(0)
 _TOOK = const(9)
 _EST_UNCERTAIN = const(12)
+_EST_YAW = const(4)
+_EST_TURNS = const(15)
 
 # causes that are places in firmware.faults.policy's table, and two that are no fault
 _NACK = const(1)
@@ -268,6 +270,7 @@ class Tick:
                 words[_SWAP] = 0
             if words[_ZERO_YAW]:
                 use[2].zero_yaw()
+                tick.est[_EST_YAW] = tick.est[_EST_TURNS] = 0
                 words[_ZERO_YAW] = words[_YAW_LOST] = words[_YAW_DOUBT] = 0
             if not words[_AGE_US]:
                 tick.gap.open(use[2], memory)

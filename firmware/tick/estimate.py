@@ -15,12 +15,15 @@ from micropython import const
 # places; 2 to 11 are the filter's `out`, in its order
 _SEQ = const(0)
 _T_US = const(1)  # ticks_us of the tick
+_YAW = const(4)
 _OUT = const(2)  # roll, pitch, yaw; rates x, y, z; accelerometer x, y, z; at rest
 _OUTS = const(10)
 _UNCERTAIN = const(12)  # 1 the tilt, 2 the yaw
 _TEMP = const(13)  # the sensor's raw temperature
 _AGE_US = const(14)  # since the last good sample, at the tick; 0: this tick's
-_WORDS = const(15)
+_TURNS = const(15)  # of the yaw, whole ones
+_WORDS = const(16)
+_HALF = const(180000)
 
 
 def words():
@@ -34,6 +37,11 @@ def publish(est: ptr32, out: ptr32, memory: ptr16, now: int):
     good burst in firmware.tick.judge's memory."""
     est[_SEQ] += 1
     est[_T_US] = now
+    i = out[2] - est[_YAW]
+    if i > _HALF:
+        est[_TURNS] -= 1
+    elif i < 0 - _HALF:
+        est[_TURNS] += 1
     i = 0
     while i < _OUTS:
         est[_OUT + i] = out[i]
@@ -49,6 +57,11 @@ def publish_predicted(est: ptr32, out: ptr32, age_us: int, now: int):
     """The same for a tick without one, age_us after the last good sample."""
     est[_SEQ] += 1
     est[_T_US] = now
+    i = out[2] - est[_YAW]
+    if i > _HALF:
+        est[_TURNS] -= 1
+    elif i < 0 - _HALF:
+        est[_TURNS] += 1
     i = 0
     while i < _OUTS:
         est[_OUT + i] = out[i]

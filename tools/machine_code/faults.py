@@ -14,4 +14,13 @@ class MachineFault(Exception):
 
 
 class Impure(Exception):
-    """The function reaches what is more than numbers and buffers; the text says what."""
+    """The function reaches what is more than numbers and buffers; the text says what.
+
+    last: the latest one; board code that is called may catch all that is raised.
+    """
+
+    last = None
+
+    def __init__(self, text):
+        super().__init__(text)
+        Impure.last = self

@@ -5,18 +5,24 @@ While programs run on a virtual board, its decorators `micropython.viper` and `n
 each function is executed by the checked viper as ever, and some of its calls are kept.
 """
 
+import builtins
 import functools
 import inspect
 import random
+import sys
+import types
 from typing import NamedTuple
 
 from . import tape
 from .faults import Impure
-from .snapshot import Copier, picture
+from .snapshot import Copier, Opaque, picture
 from .virtual import address_space
 
 _ALL = 40  # the first calls of a function that are kept, each one
 _MOST = 250  # kept at a time; later ones take the place of earlier ones by chance
+_PURE = {"array", "math", "struct"}  # modules without a world of their own
+# (module, function) of the board whose results can be played back
+_OUTSIDE = (("time", "ticks_us"), ("time", "ticks_ms"), ("micropython", "schedule"))
 # what the checked viper says of input that no board may be given
 _REFUSALS = (OverflowError, IndexError, ZeroDivisionError)
 
@@ -39,6 +45,20 @@ def _no_import(name, *_more):
     raise Impure("it imports %s" % name)
 
 
+def _cut_off(variables, folders):
+    """Make a module's imports, and what it has imported of the board, Opaque."""
+    own = variables.get("__builtins__", vars(builtins))
+    if own is vars(builtins):  # not loaded by a board
+        return
+    own["__import__"] = _no_import
+    for name, value in variables.items():
+        if type(value) in (types.ModuleType, types.FunctionType):
+            home = getattr(value, "__module__", None) or value.__name__
+            if home.partition(".")[0] not in folders | _PURE:
+                known = {n: v for n, v in vars(value).items() if type(v) is tape.Outside}
+                variables[name] = Opaque(name, **known)
+
+
 class Recorder:
     """`calls` {(file, line of the decorator): [Call]}.
 
@@ -55,17 +75,28 @@ class Recorder:
         address_space.insert(0, self.hardware)
 
     def close(self):
-        """Stop: from now on the functions are for Bench.run, and their boards are gone."""
+        """Stop: from now on the functions are for Bench.run."""
         self.recording = False
         for calls in self.calls.values():
             for call in calls:
-                call.globals["__builtins__"]["__import__"] = _no_import
+                _cut_off(call.globals, self.folders)
+
+    def leave(self):
+        """The programs on a board have ended: what its code has of the outside is opaque now."""
+        for name, module in list(sys.modules.items()):
+            if name.partition(".")[0] in self.folders - {"__main__"}:
+                _cut_off(vars(module), self.folders)
 
     def attach(self, port):
-        """Make a Port's decorators those of this recorder. Before board code is imported."""
+        """Make a Port's decorators those of this recorder, and its time and its queue known to
+        the tape. Before board code is imported.
+        """
         module = port.modules["micropython"]
         module.viper = functools.partial(self._decorate, module.viper)
         module.native = functools.partial(self._decorate, module.native)
+        for home, name in _OUTSIDE:
+            home = port.modules[home]
+            setattr(home, name, tape.Outside(name, getattr(home, name), self.hardware))
 
     def _decorate(self, decorator, function):
         checked = decorator(function)

@@ -11,6 +11,7 @@ import types
 from .faults import Impure, MachineFault
 from .objects import BINARY, NO_OBJECT, UNARY, Objects, signed
 from .snapshot import is_open
+from .tape import Outside
 
 CALLS = 0x00E00000  # where the table's functions seem to be; no page
 TABLE_WORDS = 50
@@ -180,7 +181,7 @@ class Runtime(Objects):
             module = function.__module__ or ""
             if is_open(function) and module.partition(".")[0] in self.native.modules:
                 return
-        elif isinstance(function, (type, types.BuiltinFunctionType, types.MethodType)):
+        elif isinstance(function, (type, types.BuiltinFunctionType, types.MethodType, Outside)):
             return
         raise Impure("it calls %s" % getattr(function, "__qualname__", function))
 

@@ -17,19 +17,23 @@ from .recorder import Recorder
 from .virtual import Bus, L3GD20Chip, LSM303Chip, MPU6050Chip, Port, faults, motion
 
 LOW, HIGH = -32768, 32767
+_FAULTS = ("nack", "stuck_data", "bit_flip", "filled", "saturation", "brown_out")
 
 
 class Pwm:
-    """What machine.PWM offers to the ESCs."""
+    """What machine.PWM offers to motors and servos."""
 
-    def __init__(self):
-        self.ns = 0
+    def __init__(self, pin=None, **_settings):
+        self.hz = self.ns = self.u16 = 0
 
     def freq(self, hz):
         self.hz = hz
 
     def duty_ns(self, ns):
         self.ns = ns
+
+    def duty_u16(self, u16):
+        self.u16 = u16
 
 
 class Skewed:
@@ -71,6 +75,9 @@ def attitudes(port):
             filt.period_us = 1.04e6 / rate_hz
             filt.relevel()
             feed(filt, counts(rng, 120))
+            words = array("h", [0, 0, 4096, 0, 50, -30, 20])
+            for n in range(60):
+                filt.update(words, 1000 * (n % 9 + 1))
 
 
 def scalars(port):
@@ -93,11 +100,12 @@ def scalars(port):
 
 def control(port):
     """Controllers, mixer and motors."""
-    from control import Escs
+    from control import Escs, HBridge, Servo
     from control.fixed import PID, QuadControl
 
     rng = random.Random(5)
     escs = Escs([Pwm() for _ in range(4)])
+    bridge, servo = HBridge(Pwm(), Pwm()), Servo(Pwm(), slew_dps=600.0)
     gains = [(1.5, 2.0, 0.02)] * 2 + [(3.0, 1.0, 0.0)]
     pids = [PID(2.0, 1.0, 0.1, 900), PID(-0.3, 0.0, 2.0, (0, 255), 1000, 4000, 0.01)]
     quad = QuadControl([6.0, 6.0, 3.0], gains)
@@ -112,6 +120,9 @@ def control(port):
         if n == 100:
             escs.arm(0)
         escs.write(array("i", [rng.randint(-200, 1200) for _ in range(4)]))
+        bridge.write(rng.randint(-1200, 1200))
+        servo.write(rng.randint(-60000, 60000))
+    bridge.stop()
 
 
 def mathematics(port):
@@ -131,21 +142,44 @@ def mathematics(port):
         intmath.mul_q30(rng.randint(-(2**30), 2**30), rng.randint(-(2**30), 2**30))
 
 
-def app(port):
-    """The app, watched, while the bus and the chip fail in many ways."""
-    from firmware.app import App
-
-    app = App()
-    app.start()
+def _fly(port, app):
+    """Let a started app run, while the bus and the chip fail in many ways."""
+    bus = next(iter(port.buses.values()))
     app.watch(1.0)
-    bus, begin_s = next(iter(port.buses.values())), port.now_ns * 1e-9
-    kinds = ("nack", "stuck_data", "bit_flip", "filled", "saturation", "brown_out")
-    for i, name in enumerate(kinds):
-        bus.faults.append(faults.make(name, at_s=begin_s + 0.1 + 0.4 * i, for_s=0.15))
+    app.zero_yaw()
+    for i, name in enumerate(_FAULTS):
+        at_s = port.now_ns * 1e-9 + 0.1 + 0.4 * i
+        bus.faults.append(faults.make(name, at_s=at_s, for_s=0.15))
     app.watch(3.5)
     port.clock.hold(9_000_000)
     app.watch(0.5)
     app.stop()
+
+
+def flight(port):
+    """The app as it is, and with other knobs."""
+    from firmware.app import App
+
+    for knobs in ({}, {"filter": "kalman2", "burst": "blocking"}):
+        app = App()
+        for name, value in knobs.items():
+            app.set(name, value)
+        app.start()
+        _fly(port, app)
+
+
+def robots(port):
+    """The three robots' controllers, on a table, with motors that take what they get."""
+    port.machine.PWM = Pwm
+    from firmware.apps import balance, platform, quad
+
+    for kind in (balance, platform, quad):
+        app = kind.start()
+        if kind is quad:
+            port.run_ms(1200)
+            app.quad.arm(app)
+            app.quad.command(300)
+        _fly(port, app)
 
 
 def queue(port):
@@ -176,20 +210,21 @@ def other_chip(port):
             imu.read()
 
 
-def _moving():
-    chip = MPU6050Chip(motion.FreeMotion(2, rest_s=2.0), seed=3, gyro_bias_dps=(2.0, -1.5, 1.0))
-    return Bus(chip)
+def _one_chip(moving):
+    return Bus(MPU6050Chip(moving, seed=3, gyro_bias_dps=(2.0, -1.5, 1.0)))
 
 
 def _two_chips():
     return Bus(L3GD20Chip(motion.FreeMotion(4)), LSM303Chip(motion.FreeMotion(4)))
 
 
-# program: what its board's buses are made by
+# program: what makes its board's bus, if it has one
 PROGRAMS = {
-    attitudes: dict, scalars: dict, control: dict, mathematics: dict, at_random: dict,
-    app: lambda: {0: _moving()}, queue: lambda: {0: _moving()},
-    other_chip: lambda: {0: _two_chips()},
+    attitudes: None, scalars: None, control: None, mathematics: None, at_random: None,
+    flight: lambda: _one_chip(motion.FreeMotion(2, rest_s=2.0)),
+    robots: lambda: _one_chip(motion.Still(roll_deg=1.0)),
+    queue: lambda: _one_chip(motion.FreeMotion(2, rest_s=2.0)),
+    other_chip: _two_chips,
 }  # fmt: skip
 
 
@@ -198,12 +233,15 @@ def record(programs=PROGRAMS):
     folders = {path.name for path in (functions.ROOT / "lib").iterdir()} | {"firmware", __name__}
     recorder = Recorder(folders)
     for program in programs:
+        make_bus = PROGRAMS[program]
+        buses = {0: make_bus()} if make_bus else {}
         with contextlib.ExitStack() as stack:
             root = stack.enter_context(tempfile.TemporaryDirectory())
             nowhere = stack.enter_context(open(os.devnull, "w"))
             stack.enter_context(contextlib.redirect_stdout(nowhere))
-            port = Port("rp2", PROGRAMS[program](), wiring={0: (4, 5)}, root=root)
+            port = Port("rp2", buses, wiring={0: (4, 5)}, root=root)
             recorder.attach(port)
             program(stack.enter_context(port))
+            recorder.leave()
     recorder.close()
     return recorder

@@ -10,20 +10,28 @@ import types
 from array import array
 
 from .faults import Impure
+from .tape import Outside
 
-_ATOMS = (type(None), bool, int, float, str, bytes, type, types.BuiltinFunctionType)
+_ATOMS = (type(None), bool, int, float, str, bytes, type, types.BuiltinFunctionType, Outside)
 
 
 class Opaque:
-    """Stands for something of which only the type's name is known."""
+    """Stands for something of which only the name is known, and some attributes may be."""
 
-    def __init__(self, what):
+    def __init__(self, what, **attributes):
         object.__setattr__(self, "what", what)
+        object.__setattr__(self, "attributes", attributes)
 
     def _used(self, *_arguments, **_keywords):
         raise Impure("it uses %s" % object.__getattribute__(self, "what"))
 
-    __getattribute__ = __setattr__ = __call__ = __getitem__ = __setitem__ = __len__ = _used
+    def __getattribute__(self, name):
+        known = object.__getattribute__(self, "attributes")
+        if name in known:
+            return known[name]
+        raise Impure("it uses %s.%s" % (object.__getattribute__(self, "what"), name))
+
+    __setattr__ = __call__ = __getitem__ = __setitem__ = __len__ = _used
     __iter__ = __bool__ = __add__ = __sub__ = _used
 
 
@@ -78,7 +86,7 @@ class Copier:
             if type(value) is kind:
                 return maker
         if isinstance(value, types.FunctionType):
-            return self._keep if is_open(value) else None
+            return self._function if is_open(value) else None
         if isinstance(value, tuple):
             return self._tuple
         return self._instance if _is_ours(value, self.folders) else None
@@ -89,6 +97,18 @@ class Copier:
 
     def _keep(self, value):
         self._put(value, value)
+
+    def _function(self, value):
+        """Board code binds what a function works with as defaults: a copy has copies of them."""
+        inner = getattr(value, "checked", value)
+        if all(isinstance(default, _ATOMS) for default in inner.__defaults__ or ()):
+            return self._keep(value)
+        made = types.FunctionType(
+            inner.__code__, inner.__globals__, inner.__name__, None, inner.__closure__
+        )
+        made.__module__, made.checked = value.__module__, made
+        self._put(value, made)
+        made.__defaults__ = tuple([self.copy(default) for default in inner.__defaults__])
 
     def _opaque(self, value):
         self._put(value, Opaque(getattr(value, "__name__", type(value).__name__)))
@@ -108,13 +128,16 @@ class Copier:
 
     def _tuple(self, value):
         items = [self.copy(item) for item in value]
-        self._put(value, type(value)(*items) if hasattr(value, "_fields") else tuple(items))
+        if id(value) not in self._known:  # by way of an item
+            self._put(value, type(value)(*items) if hasattr(value, "_fields") else tuple(items))
 
     def _dict(self, value):
         self._put(value, {}).update({key: self.copy(item) for key, item in value.items()})
 
     def _method(self, value):
-        self._put(value, types.MethodType(value.__func__, self.copy(value.__self__)))
+        owner = self.copy(value.__self__)
+        if id(value) not in self._known:  # the owner may keep its own method
+            self._put(value, types.MethodType(value.__func__, owner))
 
     def _instance(self, value):
         made = self._put(value, object.__new__(type(value)))
@@ -153,6 +176,10 @@ def picture(value, folders):
                 tell(item, "%s[%r]" % (place, key))
         elif isinstance(value, types.MethodType):
             tell(value.__self__, place + ".__self__")
+        elif isinstance(value, types.FunctionType) and is_open(value):
+            found[place] = None
+            for i, item in enumerate(getattr(value, "checked", value).__defaults__ or ()):
+                tell(item, "%s.__defaults__[%d]" % (place, i))
         elif _is_ours(value, folders):
             for key, item in sorted(vars(value).items()):
                 tell(item, "%s.%s" % (place, key))

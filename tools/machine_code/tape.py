@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Peripheral registers that a function reads and writes: logged once, then played back.
+"""What a function does outside the memory, logged once, then played back.
 
-An entry is ("r" or "w", address, value); a word written is unsigned.
+An entry is ("r" or "w", address, value) of a peripheral register, a word being unsigned; or
+("c", name, result) of a call of one of the board's own functions.
 """
 
 _SIZES = {"ptr": 1, "ptr8": 1, "ptr16": 2, "ptr32": 4}
@@ -20,6 +21,21 @@ class Memory:
     def __setitem__(self, index, value):
         value &= (1 << 8 * self.size) - 1
         self.access("w", self.address + index * self.size, value)
+
+
+class Outside:
+    """A function of the board, as `ticks_us`, in a form that the Log knows."""
+
+    def __init__(self, name, function, log):
+        self.name, self.function, self.log = name, function, log
+
+    def __call__(self, *arguments):
+        if self.log.replay is not None:
+            return self.log.replay.access("c", self.name, None)
+        result = self.function(*arguments)
+        if self.log.on:
+            self.log.entries.append(("c", self.name, result))
+        return result
 
 
 class Log:
@@ -72,7 +88,7 @@ class Replay:
         wanted = self.entries[self.at] if self.at < len(self.entries) else ("nothing", 0, None)
         if (how, address) != wanted[:2] or (how == "w" and value != wanted[2]):
             told = _told(how, address, value), _told(*wanted)
-            raise LookupError("hardware: %s, expected %s" % told)
+            raise LookupError("outside: %s, expected %s" % told)
         self.at += 1
         return wanted[2]
 
@@ -80,5 +96,7 @@ class Replay:
 def _told(how, address, value):
     if how == "nothing":
         return how
+    if how == "c":
+        return "call of " + address
     text = "0x%08X" % address
     return "read of " + text if how == "r" else "write of 0x%X to %s" % (value, text)

@@ -61,6 +61,7 @@ class Bench:
         arguments = Copier(self.recorder.folders).copy(call.arguments)
         hardware = Replay(call.hardware)
         self.recorder.hardware.replay = hardware
+        Impure.last = None
         try:
             result = native.call(arguments, hardware if call.hardware else None, trace)
             outcome = "returns", picture(result, self.recorder.folders)
@@ -73,6 +74,8 @@ class Bench:
             outcome = "raises", type(error).__name__, (error.args or (None,))[0]
         finally:
             self.recorder.hardware.replay = None
+        if Impure.last is not None:
+            raise Impure.last
         after = picture(arguments, self.recorder.folders)
         return _differences(call, outcome, after, hardware)
 
@@ -139,7 +142,7 @@ def _differences(call, outcome, after, hardware):
             found.append("argument %s is %s, expected %s" % (
                 place, after.get(place), call.after.get(place)))  # fmt: skip
     if hardware.at < len(call.hardware):
-        found.append("%d accesses to hardware, expected %d" % (hardware.at, len(call.hardware)))
+        found.append("%d accesses outside, expected %d" % (hardware.at, len(call.hardware)))
     return found
 
 

@@ -112,6 +112,7 @@ class Attitude(Fixed):
     The algorithm is described there. The angles are for now, turned on by lag_s.
     """
 
+    knows_yaw = True
     _unit_per_deg = INC_PER_DPS
     _seq_at = _SEQ
     _out_at = _ROLL
