@@ -139,8 +139,7 @@ class App:
             if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.check(self.config)
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+        self._find_sensor()
         self.calibration, warnings = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
@@ -175,6 +174,13 @@ class App:
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _find_sensor(self):
+        """`imu` is there and measures as the knobs say. OSError says what to check."""
+        if self.imu is None:
+            self.imu = startup.sensor(self.board, self.config)
+        else:
+            startup.again(self.imu, self.board, self.config)
+
     def _same_sensor(self, other):
         return (
             other.board.i2c_id == self.board.i2c_id
@@ -185,9 +191,8 @@ class App:
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
         try:
+            self._find_sensor()
             return work(self.imu)
         finally:
             if running:
@@ -359,8 +364,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+        self._find_sensor()
         return Calibrating(self.imu)
 
     @property

@@ -149,7 +149,7 @@ def begin(app):
     words[_SURE] = words[_FORGET] = words[_ODD] = 1
     for place in range(len(tick.est)):
         tick.est[place] = 0
-    imu.read()
+    startup.first(imu)
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
     estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
@@ -164,10 +164,9 @@ def change(app, pace):
     running = app.loop.running
     began = (time.ticks_us() - since_us(app)) & _WRAP
     with app.bus:
-        if hasattr(imu, "set_up"):
-            rate_hz = startup.sensor_rate_hz(config)
-            imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, rate_hz)
-            imu.data_ready(config.drive == "data-ready")
+        rate_hz = startup.sensor_rate_hz(config)
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, rate_hz)
+        imu.data_ready(config.drive == "data-ready")
         if pace:
             app.loop.stop()
             app.bus.forget()
