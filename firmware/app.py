@@ -304,11 +304,11 @@ class App:
         wiring.prepare(self, calibration=calibration)
 
     def other_part(self):
-        """Another part was plugged in, whose biases nobody knows."""
+        """Another part was plugged in, whose biases nobody knows, nor how it was turned."""
         self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
         self.calibration = self.calibration.mounting()
         wiring.warm(self)
-        wiring.use(self, wiring.made(self, None))
+        wiring.begin_anew(self)
 
     # ---- what one asks
 

@@ -20,6 +20,7 @@ from firmware.tick import estimate, judge
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
+_UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
 
@@ -32,9 +33,12 @@ _SURE = const(8)
 _FORGET = const(9)
 _SWAP = const(10)
 _EVERY = const(13)
+_UNSURE_US = const(16)
+_YAW_LOST = const(17)
 _LIMIT = const(22)
 _PAUSE = const(24)
 _PATIENCE = const(27)
+_YAW_DOUBT = const(28)
 # those that begin anew with a start, besides the counts
 _FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
 _COUNT = const(30)
@@ -103,6 +107,20 @@ def made(app, old):
             words[_PAUSE] = 0
             raise
     return new
+
+
+def begin_anew(app):
+    """A filter whose bias is unknown, from the attitude that is there, which is not claimed for
+    some time; nor is the yaw, until somebody says zero_yaw()."""
+    words = app.tick.words
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    stands = app.filter.standing()
+    if stands:
+        new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
+    use(app, new)
+    words[_UNSURE_US] = _UNKNOWN_US
+    words[_YAW_LOST] = words[_ODD] = 1
+    words[_YAW_DOUBT] = 180000
 
 
 def use(app, new):

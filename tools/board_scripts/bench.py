@@ -116,15 +116,6 @@ def one_split(imu, filt):
     return step
 
 
-def three_angles(filt):
-    def read(_, angles=filt.angles_mdeg):
-        angles[0]
-        angles[1]
-        angles[2]
-
-    return read
-
-
 def load_driver():
     from mpu6050 import MPU6050
 
