@@ -1,136 +1,159 @@
 # SPDX-License-Identifier: MIT
-"""The application: sensor -> filter with calibration -> outputs and telemetry, at a fixed rate.
+"""What one writes at the REPL: the application, running in the background at a fixed rate.
 
 app = App()
-app.start()         # in the background; the REPL stays alive
-app.roll_deg        # also pitch_deg, yaw_deg, stale; app.filter.roll_mdeg ...
-app.set("kalman_r_measure", 0.1)        # at once, while it runs
+app.start()         # the REPL stays alive
+app.roll_deg        # also pitch_deg, yaw_deg, stale, uncertain; app.sample(): all of one instant
+app.set("kalman_r_measure", 0.1)        # at once, while it runs; app.show() lists every knob
 app.stats()
+app.save()
 app.stop()
 """
 
 import gc
 
+gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+
+from array import array
+
 import micropython
 from micropython import const
 
-from firmware import filters
-from firmware.calibration import Warming, keep_learned
-from firmware.faults.mend import Sensing
-from firmware.faults.policy import CLOCK, Health
-from firmware.loop import Loop
-from firmware.repl import Repl
-from firmware.startup import calibration, sensor
-from firmware.tick.gap import Bridge
+from firmware import filters, sample, startup, wiring
+from firmware.board import find
+from firmware.bus import Bus
+from firmware.calibration import keep_learned
+from firmware.config import KNOBS, Config, checked
+from firmware.foreground import Foreground
+from firmware.outputs import Outputs
+from firmware.stream import Stream
+from firmware.telemetry import Console, Telemetry
+from firmware.tick import Tick, estimate
 
-_LEAD_US = const(450)  # a burst takes 400 us on the bus
-_LOOKS_HZ = const(5)  # how often something slow is looked at
-_CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
-_CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
+# places: firmware.tick.words, firmware.tick.estimate
+_ODD = const(0)
+_AGE_US = const(3)
+_STALE_US = const(5)
+_ZERO_YAW = const(11)
+_DUE = const(12)
+_UNCERTAIN = const(12)
+_YAW_DOUBT = const(28)
 
-# Knobs of the sensor and the loop: both are made anew when one changes.
-_SET_UP = ("rate_hz", "drive", "burst", "address", "gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
+# knobs that change the chip, and those for which the ticks begin anew as well
+CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
+PACE = ("rate_hz", "drive", "burst")
+ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
+_UNDO = const(20)
+
+_HELP = """app.start(), app.stop()            run in the background; end
+app.roll_deg, .pitch_deg, .yaw_deg now; app.stale, app.uncertain: whether to believe them
+app.sample()                       all of one instant
+app.watch()                        lines for a plotter, until a key is pressed
+app.show(), app.set(knob, value)   every knob; change one at once
+app.changed(), app.undo()          what differs from its default; take back the last change
+app.save(), app.defaults()         keep the knobs on the flash; all back to their defaults
+app.stats(), app.report()          timing and faults; how the sensor is
+app.zero_yaw()                     the direction it looks in is yaw 0
+app.level_here()                   it stands level now: kept as its mounting
+app.calibrating()                  calibrate, step by step
+app.outputs.add(update, safe)      call update(app) after each tick
+with app.bus: ...                  other devices on the sensor's bus"""
 
 
-class App(Repl):
-    """One sensor, one filter, one loop, running; its parts are firmware.repl's."""
+class App:
+    """One sensor, one filter, one loop, running.
 
-    # ---- the block diagram
+    Attributes: config, board, imu, calibration, filter, outputs, telemetry, loop, tick, bus,
+    warnings (texts); for controllers angles_mdeg and rates_mdps (live, 3 each, robot's frame)
+    and period_us (of the ticks, as measured).
+    """
 
-    def _diagram(self):
-        """step(dt_us): one tick, dt_us after the last. Sensor -> filter, calibrated -> outputs.
+    _running = []  # type: list  # those whose loop ticks
 
-        What it works with are local names, as looking up and setting attributes would cost more
-        than the work; what is idle is not called.
-        """
+    @classmethod
+    def current(cls):
+        """The App that runs, the one started last, or None."""
+        return cls._running[-1] if cls._running else None
 
-        @micropython.native
-        def step(
-            dt_us,
-            late_us=self.loop.period_us + (self.loop.period_us >> 1),
-            counts=self.imu.counts,
-            sensing=self.sensing,
-            health=self.health,
-            bridge=self.bridge,
-            outputs=self.outputs,
-            telemetry=self.telemetry,
-        ):
-            late = dt_us > late_us
-            if late:
-                bridge.remember(counts)
-            fresh = sensing.fetch(dt_us)
-            if fresh:
-                if late or health.gap_us:
-                    dt_us = self._close_gap(dt_us)
-                if bridge.timed:
-                    bridge.update(counts, dt_us)
-                else:
-                    bridge.update(counts)
-            else:
-                bridge.predict(counts, dt_us, health.age_us)
-            if outputs.active:
-                outputs.write(self, fresh, health.age_us >= health.stale_us)
-            if telemetry.on:
-                telemetry.tick(bridge.filter, health.age_us >= health.stale_us)
+    def __init__(self, board=None, console=None):
+        self.board = board or find()
+        self.config = Config()
+        self.warnings = self.config.load()
+        self._believe_knobs()
+        self.config.change = self.set
+        self.tick = Tick()
+        self.bus = Bus()
+        self.telemetry = Telemetry(console or Console())
+        self.period_us = 0
+        self.tick_kind = "soft"
+        self.outputs = Outputs(self.tick, self)
+        self.imu = self.filter = self.loop = self.calibration = self.mend = self.warming = None
+        self.angles_mdeg = memoryview(self.tick.est)[2:5]
+        self.rates_mdps = memoryview(self.tick.est)[5:8]
+        self.foreground = Foreground(self)
+        self.tick.after = self.foreground.after
+        self.stream = Stream(self)
+        self._copy = array("i", self.tick.est)
+        self._watched = False
+        self._attached = []
+        self._past = []
 
-        return step
+    def _believe_knobs(self):
+        """Knobs from the flash that do not go together never stop a start."""
+        if self.config.changed():
+            try:
+                startup.check(self.config)
+            except ValueError as error:
+                self.warnings.append("knobs on the flash: %s; all have their defaults" % error)
+                self.config.reset()
 
-    def _close_gap(self, dt_us):
-        """The first good burst after a gap; returns the time that is left to it."""
-        if self.sensing.another:
-            self._other_part()  # whose filter starts anew: there is nothing to bridge
-        else:
-            self.bridge.close(self.imu.counts, self.health.gap_us or dt_us)
-        self.health.gap_us = 0
-        return self.bridge.period_us
+    def __repr__(self):
+        if not self.running:
+            return "<App, %s: app.start()>" % ("stopped" if self.loop else "not started")
+        what = (self.config.filter, self.config.rate_hz, self.tick_kind)
+        return "<App, %s at %d Hz, %s tick; app.help()>" % what
 
-    def _step_failed(self):
-        """A step raised, which only an error of ours or a full heap can bring about."""
-        if self.stale:
-            self.outputs.safe()
+    def help(self):
+        """Print what can be asked and told."""
+        print(_HELP)
 
-    @micropython.native
-    def _slowly(self, looks):
-        """_LOOKS_HZ times a second: what need not be done at every tick."""
-        if looks % _LOOKS_HZ == 0:
-            self._warming.look(self.filter)
-        if looks % self._correct_every == 0:
-            self._correct()
+    # ---- start and stop
 
-    def _correct(self):
-        """The filter's period follows the measured one: the sensor's clock is no crystal."""
-        mean = self.loop.recent_period_us()
-        if not mean or abs(mean - self.bridge.period_us) <= 1:
-            return
-        nominal = self.loop.period_us
-        off = abs(mean - nominal) * 200 > 3 * nominal
-        if off and not self._clock_off:
-            self.health.count(CLOCK)
-        self._clock_off = off
-        self.bridge.pace(mean)
-
-    def _other_part(self):
-        """Another part was plugged in, whose biases nobody knows."""
-        self.sensing.another = False
-        self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
-        self.calibration = self.calibration.mounting()
-        self._warming = Warming(self.calibration, self.imu)
-        self.filter = self._made(None)
-
-    # ---- the whole
+    @property
+    def running(self):
+        """Whether the loop ticks."""
+        return self.loop is not None and self.loop.running
 
     def start(self):
-        """Set all up and run in the background. OSError, with what to check, without a sensor."""
+        """Set all up and run in the background. OSError, with what to check, without a sensor;
+        ValueError where knobs do not go together."""
+        try:
+            self._start()
+        except KeyboardInterrupt:
+            print("stopped before it ran: app.start()")
+            raise
+
+    def _start(self):
         self.stop()
-        if self.imu is None:
-            self.imu = sensor(self.board, self.config)
-        self.calibration, warnings = calibration(self.imu, self.config)
+        for other in self._running:
+            if self._same_sensor(other):
+                raise OSError("this sensor has a running App: use App.current(), or stop it first")
+        startup.check(self.config)
+        self._find_sensor()
+        self.calibration, warnings = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
-        self._wire()
-        if self.config.watchdog_ms and self.outputs.feed is None:
+        self.warnings = warnings
+        wiring.adopt_sensor(self)
+        wiring.settle(self)
+        wiring.wire(self, None)
+        if self.config.watchdog_ms and not self._watched:
+            self._watched = True
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
+        gc.threshold(-1)
+        wiring.begin(self)
+        self._running.append(self)
         self.loop.start()
 
     def stop(self):
@@ -139,88 +162,256 @@ class App(Repl):
         A watchdog, once started, resets the board watchdog_ms later: nothing can stop it. What
         was learned of the gyro's bias is stored.
         """
-        if self.loop and self.loop.running:
-            self.loop.stop()
-            self.outputs.safe()
-            try:
-                keep_learned(self._warming.learned(), self.imu)
-            except (OSError, ValueError) as error:  # a full or worn flash, and no harm
-                print("warning: what was learned of the gyro's bias is not stored:", error)
+        if self in self._running:
+            self._running.remove(self)
+        if not self.running:
+            return
+        self.loop.stop()
+        self.bus.forget()
+        self.outputs.safe()
+        try:
+            keep_learned(self.warming.learned(), self.imu)
+        except (OSError, ValueError) as error:  # a full or worn flash, and no harm
+            print("warning: what was learned of the gyro's bias is not stored:", error)
 
-    def set(self, name, value):
-        """Change a knob; it takes effect at once. ValueError names what is allowed."""
-        config = self.config
-        config.set(name, value)
-        if name == "telemetry_hz":
-            self.telemetry.set_rate(value, config.rate_hz)
-        elif name == "failsafe_ms":
-            self.health.stale_us = value * 1000
-        elif name in _SET_UP:
-            running = self.loop is not None and self.loop.running
-            self.stop()
-            self.imu = None
+    def _find_sensor(self):
+        """`imu` is there and measures as the knobs say. OSError says what to check."""
+        if self.imu is None:
+            self.imu = startup.sensor(self.board, self.config)
+        else:
+            startup.again(self.imu, self.board, self.config)
+
+    def _same_sensor(self, other):
+        return (
+            other.board.i2c_id == self.board.i2c_id
+            and other.config.address == self.config.address
+        )
+
+    def paused(self, work):
+        """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
+        running = self.running
+        self.stop()
+        try:
+            self._find_sensor()
+            return work(self.imu)
+        finally:
             if running:
                 self.start()
-        elif self.loop and (name == "filter" or name in filters.SETTINGS[config.filter]):
-            self.filter = self._made(self.filter if name != "filter" else None)
+
+    # ---- knobs
+
+    def set(self, name, value):
+        """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
+        the sensor does not take it; then all is as it was."""
+        config = self.config
+        before = config.values()
+        config.set(name, value)
+        try:
+            self._apply(name)
+        except BaseException:
+            config.take(before)
+            if self.loop and (name in CHIP or name in PACE):
+                wiring.change(self, name in PACE)
+            raise
+        self._past = self._past[1 - _UNDO :] + [(name, before[name])]
+        self.stream.changed(None if name in ALL_OVER else name)
+
+    def _apply(self, name):
+        config = self.config
+        if self.loop is None:
+            startup.check(config)
+            return
+        startup.sensor_rate_hz(config)
+        if name in CHIP or name in PACE:
+            wiring.change(self, name in PACE)
+        elif name == "address":
+            self._change_sensor()
+        elif name == "filter":
+            if filters.is_timed(config.filter) != self.filter.timed:
+                wiring.change(self, True)
+            else:
+                wiring.use(self, wiring.made(self, self.filter))
+        elif name in filters.SETTINGS[config.filter]:
+            wiring.prepare(self, settings=filters.settings(config, self.imu))
+        elif name.split("_")[0] in self._attached:
+            self.outputs.tune(self.period_us)
+        else:
+            wiring.settle(self)
+
+    def _change_sensor(self):
+        running = self.running
+        self.stop()
+        self.imu = None
+        if running:
+            self.start()
+
+    def show(self):
+        """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
+        self.config.show(PACE + ("address",))
+
+    def changed(self):
+        """{name: value} of the knobs that differ from their defaults."""
+        return self.config.changed()
+
+    def undo(self):
+        """Take back the last set(); returns (name, value) as it is again, None: nothing left."""
+        if not self._past:
+            return None
+        name, value = self._past[-1]
+        past = self._past[:-1]
+        self.set(name, value)
+        self._past = past
+        return name, value
+
+    def defaults(self):
+        """All knobs back to their defaults, at once; save() keeps that."""
+        changed = self.config.changed()
+        for knob in KNOBS:
+            if knob.name in changed:
+                self.set(knob.name, checked(knob.name, knob.default))
+
+    def save(self):
+        """Keep the knobs on the flash, for the next start. OSError when it refuses."""
+        self.config.save()
+        return "saved; %s" % (self.config.changed() or "all knobs have their defaults")
+
+    # ---- applications
+
+    def has(self, name):
+        """Whether the application of this name runs on this app."""
+        return name in self._attached
+
+    def attach(self, name, controller):
+        """Let a controller of firmware.apps drive, and run. It has update(app), safe() and
+        tune(period_us), which is called also when one of its knobs (NAME_...) changes."""
+        self._attached.append(name)
+        self.outputs.add(controller.update, controller.safe, hard=True, tune=controller.tune)
+        if not self.running:
+            self.start()
+
+    # ---- directions
+
+    def zero_yaw(self):
+        """The direction it looks in now is yaw 0; yaw is certain again."""
+        if self.running:
+            self.tick.words[_ZERO_YAW] = self.tick.words[_ODD] = 1
+        elif self.filter:
+            self.filter.zero_yaw()
+
+    def level_here(self):
+        """It stands level now: roll and pitch read 0 from here on, kept with the mounting.
+
+        Hold it still for a second. calibration.rest.NotStill (a ValueError) says how it moved.
+        """
+        from firmware.calibrating import Calibrating
+
+        def measure(imu):
+            steps = Calibrating(imu)
+            steps.here()
+            return steps.save()
+
+        return self.paused(measure)
+
+    def recalibrate(self, calibration):
+        """Correct the samples by this Calibration from the next tick on."""
+        wiring.prepare(self, calibration=calibration)
+
+    def other_part(self):
+        """Another part was plugged in, whose biases nobody knows, nor how it was turned."""
+        self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
+        self.calibration = self.calibration.mounting()
+        wiring.warm(self)
+        wiring.begin_anew(self)
+
+    # ---- what one asks
+
+    def sample(self):
+        """A firmware.sample.Sample: the whole estimate of one tick, and whether to believe it."""
+        words = self._copy
+        while not estimate.read(self.tick.est, words):
+            pass
+        return sample.make(words, self.imu.accel_lsb_per_g, self.age_us, self.stale)
+
+    def stats(self):
+        """Timing, faults by cause and what else is counted, as a dict (firmware.report)."""
+        from firmware.report import stats
+
+        return stats(self)
+
+    def report(self):
+        """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
+        from firmware.report import report
+
+        return report(self)
+
+    def watch(self, seconds=None):
+        """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
+        self.tick.words[_DUE] = 0  # the foreground follows each tick from now on
+        self.telemetry.watch(seconds)
+
+    def samples(self):
+        """`async for app in app.samples()`: wakes after each step; any number of readers."""
+        return self.loop.samples(self)
 
     def self_test(self):
         """(passed, a line for each axis) of the chip's self-test, at rest; the loop pauses."""
         from firmware.report import tested
 
-        running = self.loop is not None and self.loop.running
-        self.stop()
-        if self.imu is None:
-            self.imu = sensor(self.board, self.config)
-        result = tested(self.imu)
-        if running:
-            self.start()
-        return result
+        return self.paused(tested)
 
     def calibrating(self):
         """The steps of a calibration (firmware.calibrating); ends the loop, start() goes on."""
         from firmware.calibrating import Calibrating
 
         self.stop()
-        if self.imu is None:
-            self.imu = sensor(self.board, self.config)
+        self._find_sensor()
         return Calibrating(self.imu)
 
-    # ---- set-up
+    @property
+    def roll_deg(self):
+        """Rotation about the robot's x axis, degrees."""
+        return self.tick.est[2] / 1000
 
-    def _wire(self):
-        config, board = self.config, self.board
-        timed = config.drive == "timer"
-        split = timed and config.burst != "blocking" and self.imu.split
-        self.health = Health(
-            config.failsafe_ms * 1000,
-            10 + 3 * config.rate_hz // config.sensor_hz,  # a slower sensor's bursts come again
-            1000000 // config.dlpf_hz,
-            config.rate_hz // _LOOKS_HZ,
-        )
-        self.sensing = Sensing(self.imu, board, self.health, split, self._slowly)
-        self.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
-        self.loop = Loop(
-            None,
-            board.timer if timed else board.data_ready,
-            config.rate_hz,
-            grid=timed,
-            ahead=self.sensing.begin if split else None,
-            lead_us=_LEAD_US,
-            guard=None if timed else board.timer,
-            failed=self._step_failed,
-        )
-        self.bridge = Bridge(self.loop.period_us, self.imu.gyro_lsb_per_dps)
-        self.loop.step = self._diagram()
-        self._correct_every = _CORRECT_TIMER if timed else _CORRECT_EDGES
-        self._clock_off = False
-        self._warming = Warming(self.calibration, self.imu)
-        self.filter = self._made(None)
+    @property
+    def pitch_deg(self):
+        """Rotation about the robot's y axis, degrees."""
+        return self.tick.est[3] / 1000
 
-    def _made(self, old):
-        """The filter of config.filter, going on where `old` is; changed between two ticks."""
-        made = filters.make(self.config, self.calibration, self.imu)
-        if old is not None:
-            made.go_on_from(old)
-        self.bridge.use(made)
-        return made
+    @property
+    def yaw_deg(self):
+        """Rotation about the vertical since the start, degrees; 0 with one-axis filters."""
+        return self.tick.est[4] / 1000
+
+    @property
+    def yaw_doubt_deg(self):
+        """How far outages may have put the yaw off since the start or zero_yaw(), degrees."""
+        return self.tick.words[_YAW_DOUBT] / 1000
+
+    @property
+    def turned_deg(self):
+        """Like yaw_deg, and whole turns counted: 725 after two turns and five degrees."""
+        est = self.tick.est
+        return (est[4] + 360000 * est[15]) / 1000
+
+    @property
+    def fresh(self):
+        """Whether the last tick had a new good burst."""
+        return self.tick.words[_AGE_US] == 0
+
+    @property
+    def age_us(self):
+        """Age of the last good sample in microseconds, also when the ticks stay away."""
+        return self.tick.words[_AGE_US] + (self.loop.since_us() if self.loop else 0)
+
+    @property
+    def stale(self):
+        """True when the last good sample is older than failsafe_ms, or the loop does not run."""
+        return not self.running or self.age_us >= self.tick.words[_STALE_US]
+
+    @property
+    def uncertain(self):
+        """True while the estimate is fresh but not known well enough to be claimed."""
+        return not self.stale and self.tick.est[_UNCERTAIN] != 0
+
+
+micropython.alloc_emergency_exception_buf(200)  # also where boot.py is the user's own

@@ -9,7 +9,7 @@ import sys
 import time
 
 import machine
-from machine import I2C, Pin, SoftI2C, Timer
+from machine import I2C, PWM, Pin, SoftI2C, Timer
 
 # What sys.implementation._machine contains (the first row that fits), then the pins.
 # name, platform, contains, I2C id, SDA, SCL, INT, servo and ESC outputs, timer ids (lead, tick)
@@ -25,6 +25,8 @@ BOARDS = (
 _BUS_HZ = 400000  # the sensor's limit
 _TIMEOUT_US = 2000  # a burst takes 400 us; the port's own 50 ms would stop the loop for 12 ticks
 _HALF_CLOCK_US = 5
+
+_taken = {}  # type: dict  # output pin: who drives it
 
 
 class Board:
@@ -66,21 +68,40 @@ class Board:
         time.sleep_us(_HALF_CLOCK_US)
         return self.i2c()
 
-    def timer(self, period_us, callback):
-        """Call `callback(timer)` every period, softly: in the background, the REPL alive."""
+    def has_hard(self, timer):
+        """Whether this port calls in a hard interrupt: of a timer, or of the INT line."""
+        if self.platform != "rp2":
+            return False
+        return not timer or sys.implementation.version[:2] >= (1, 26)
+
+    def ticking(self, source, hard):
+        """`source` (timer or data_ready) with this kind of interrupt, as source(period, call)."""
+
+        def start(period_us, callback):
+            return source(period_us, callback, hard)
+
+        return start
+
+    def timer(self, period_us, callback, hard=False):
+        """Call `callback(timer)` every period in the background, the REPL alive.
+
+        hard: in the interrupt itself, where nothing of Python delays it (has_hard()).
+        """
         timer_id = self._timer_ids[self._timers % 2]
         self._timers += 1
+        options = {"hard": True} if hard else {}
         return Timer(  # type: ignore[call-overload]  # the stubs forget tick_hz with a period
             timer_id,
             mode=Timer.PERIODIC,
             period=period_us,
             tick_hz=1000000,
             callback=callback,
+            **options,
         )
 
-    def data_ready(self, _period_us, callback):
+    def data_ready(self, _period_us, callback, hard=False):
         """Call `callback(pin)` at each rising edge of the sensor's INT line."""
-        return _Edges(Pin(self.int_pin, Pin.IN), callback)
+        return _Edges(Pin(self.int_pin, Pin.IN), callback, hard)
 
     def line_levels(self, pull):
         """Levels (sda, scl) of the idle bus against a weak internal pull of the board."""
@@ -96,15 +117,40 @@ class Board:
         sda, scl = (self.scl, self.sda) if swapped else (self.sda, self.scl)
         return SoftI2C(scl=Pin(scl), sda=Pin(sda), freq=100000, timeout=_TIMEOUT_US).scan()
 
+    def take(self, owner, count):
+        """The first `count` output pins, for `owner` (a word) alone. ValueError where another
+        has one of them, or there are not so many."""
+        pins = self.outputs[:count]
+        if len(pins) < count:
+            raise ValueError("%s needs %d outputs, the board has %d" % (owner, count, len(pins)))
+        for pin in pins:
+            if _taken.get(pin, owner) != owner:
+                raise ValueError("GP%d drives %s already, not %s" % (pin, _taken[pin], owner))
+        for pin in pins:
+            _taken[pin] = owner
+        return pins
+
+    def give_back(self, owner):
+        """The pins that `owner` took are free again."""
+        for pin in [pin for pin in _taken if _taken[pin] == owner]:
+            del _taken[pin]
+
+    def pwm(self, pin, freq_hz, duty_ns=0):
+        """A PWM output that carries this pulse from its first one on: some ports begin with half
+        of the period, which is a kick for a motor and full speed for some ESCs.
+        """
+        return PWM(Pin(pin), freq=freq_hz, duty_ns=duty_ns)
+
     def watchdog(self, timeout_ms):
         """The board's watchdog, started: it cannot be stopped again."""
         return machine.WDT(timeout=timeout_ms)
 
 
 class _Edges:
-    def __init__(self, pin, callback):
+    def __init__(self, pin, callback, hard):
         self._pin = pin
-        pin.irq(handler=callback, trigger=Pin.IRQ_RISING)
+        options = {"hard": True} if hard else {}
+        pin.irq(handler=callback, trigger=Pin.IRQ_RISING, **options)
 
     def deinit(self):
         self._pin.irq(handler=None)

@@ -5,6 +5,8 @@ It follows the chip's temperature, and learns the gyro's bias whenever the robot
 is allocated unless the temperature has moved by a degree or a rest of ten seconds has been seen.
 """
 
+from array import array
+
 from calibration import Calibration
 from calibration.thermal import BiasLearner
 
@@ -58,32 +60,47 @@ def keep_learned(learned, imu):
 
 
 class Warming:
-    """cal: the calibration at the temperature of the start; imu: the driver."""
+    """cal: the calibration at the temperature of the start; imu: the driver.
 
-    def __init__(self, cal, imu):
+    moved: called with the Calibration when the temperature has changed it.
+    """
+
+    def __init__(self, cal, imu, moved):
         self.cal = cal
         self._imu = imu
+        self._moved = moved
         self._learner = BiasLearner(cal)
         self._degree = int(imu.profile.temp_lsb_per_c)
         self._raw = imu.counts[3]
         self._slopes = any(cal.gyro_slope_dps_per_c) or any(cal.accel_slope_g_per_c)
+        self._sums = array("i", (0, 0, 0, 0))  # gyro counts since the rest began, how many
         self._rested = 0
         self.rests = 0
 
-    def look(self, estimate):
-        """Once a second, from the tick."""
-        raw = self._imu.counts[3]
-        if self._slopes and abs(raw - self._raw) > self._degree:
-            self._raw = raw
-            estimate.calibrate(self.cal.at(self._imu.temp_c()))
-        if not estimate.at_rest:
-            self._rested = 0
+    def look(self, at_rest, second):
+        """Some times a second; `second`: once a second. A learner gets means, not samples."""
+        counts, sums = self._imu.counts, self._sums
+        if second and self._slopes and abs(counts[3] - self._raw) > self._degree:
+            self._raw = counts[3]
+            self._moved(self.cal.at(self._imu.temp_c()))
+        if not at_rest:
+            self._forget()
             return
-        self._rested += 1
+        for i in range(3):
+            sums[i] += counts[4 + i]
+        sums[3] += 1
+        if second:
+            self._rested += 1
         if self._rested == _REST_LOOKS:
-            self._rested = 0
             self.rests += 1
-            self._learner.rested(self._imu.temp_c(), self._imu.gyro_dps())
+            lsb = sums[3] * self._imu.gyro_lsb_per_dps
+            self._learner.rested(self._imu.temp_c(), [sums[i] / lsb for i in range(3)])
+            self._forget()
+
+    def _forget(self):
+        self._rested = 0
+        for i in range(4):
+            self._sums[i] = 0
 
     def learned(self):
         """The calibration with what was learned, or None when it is nothing new or not sound."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The estimators by the names of the knob `filter`: counts in, millidegrees out.
 
-All have update(...), roll_mdeg, pitch_mdeg, yaw_mdeg, state(), set_state() and relevel(). The
-integer ones take update(counts) at a fixed period; the float ones are wrapped (from_counts) to
-take counts as well, and the measured time: update(counts, dt_us). `timed` tells which.
+All have the interface that firmware.tick works with: step(counts) at a fixed period (integers) or
+update(counts, dt_us) with the measured time (float, `timed`), `out`, swap(), keep(), turn(),
+relevel(), zero_yaw(); and for the foreground prepare() and go_on_from().
 """
 
 _ATTITUDE = {
@@ -34,38 +34,49 @@ def lag_s(config, imu):
     return imu.delay_s + 0.5 / config.sensor_hz
 
 
-def make(config, calibration, imu):
-    """The filter that `config` asks for, calibrated, in its start state."""
+def settings(config, imu):
+    """{the filter's own name: value} of all that the knobs and the sensor say."""
     name = config.filter
-    settings = {own: getattr(config, knob) for knob, own in SETTINGS[name].items()}
+    made = {own: getattr(config, knob) for knob, own in SETTINGS[name].items()}
     if name.endswith("attitude"):
-        settings["lag_s"] = lag_s(config, imu)
-    if name in ("attitude", "kalman2"):
-        from attitude import fixed
+        made["lag_s"] = lag_s(config, imu)
+    return made
 
-        kind = fixed.Attitude if name == "attitude" else fixed.KalmanTilt2
-        made = kind(
-            rate_hz=config.rate_hz,
-            gyro_dps=imu.gyro_range_dps,
-            accel_g=imu.accel_range_g,
-            **settings,
-        )
-        made.calibrate(calibration)
-        return made
+
+def is_timed(name):
+    """Whether the filter of this name is a float one, which takes the time with each sample and
+    allocates."""
+    return name.startswith("float.")
+
+
+def make(config, calibration, imu, rate_hz):
+    """The filter that `config` asks for, calibrated, in its start state, for samples that come
+    rate_hz times a second."""
+    name = config.filter
+    values = settings(config, imu)
+    values["gyro_dps"] = imu.gyro_range_dps
+    values["accel_g"] = imu.accel_range_g
+    if name == "attitude":
+        from attitude.fixed import Attitude
+
+        made = Attitude(rate_hz, **values)
+    elif name == "kalman2":
+        from attitude.fixed import KalmanTilt2
+
+        made = KalmanTilt2(rate_hz, **values)
+    else:
+        made = _float(name, rate_hz, values)
+    made.calibrate(calibration)
+    return made
+
+
+def _float(name, rate_hz, values):
     from attitude.from_counts import FloatAttitude, FloatTilt
 
     if name == "float.attitude":
-        from attitude import Attitude
-
-        core = Attitude(
-            config.rate_hz,
-            gyro_range_dps=imu.gyro_range_dps,
-            accel_range_g=imu.accel_range_g,
-            **settings,
-        )
-        return FloatAttitude((core,), calibration, imu)
+        return FloatAttitude(rate_hz, **values)
     if name == "float.kalman":
         from attitude import KalmanTilt as kind
     else:
         from attitude import Complementary as kind
-    return FloatTilt((kind(**settings), kind(**settings)), calibration, imu)
+    return FloatTilt(kind, rate_hz, **values)

@@ -1,77 +1,184 @@
 # SPDX-License-Identifier: MIT
 """What the estimate drives: functions called after each step, with a safe state each.
 
+    app.outputs.add(update, safe)               # after the tick, softly: ordinary Python
+    app.outputs.add(update, safe, hard=True)    # in the tick: integers, no allocation
+
 They are the user's, so they are isolated: an exception is counted and shown once, the loop lives.
+safe() is called when the estimate is stale, when the loop stops, when update() has failed
+`output_failures` times in a row, and when the function is taken away. It should allocate nothing:
+the tick calls it, and only one that fails there is called again from here.
 """
 
 import sys
 
+from micropython import const
+
+from firmware.tick.drive import Drive
+
+# places: firmware.tick.words
+_AGE_US = const(3)
+_STALE_US = const(5)
+_DUE = const(12)
+_OUTPUTS = const(19)
+_FAILED = const(21)
+_AGAIN = const(25)
+_SOFT = const(26)
+_UNSAFE = const(1)
+_RAISED = const(2)
+
 
 class Outputs:
-    """Functions of one argument, the app. `failed` counts their exceptions.
+    """Functions of one argument, the app. tick: firmware.tick.Tick, which calls the hard ones.
 
-    feed: the watchdog's function, or None; active: whether there is anything to call.
+    late: how many ticks the soft functions missed because the foreground was busy.
     """
 
-    def __init__(self):
-        self._updates = []
-        self._safes = []
-        self._is_safe = False
-        self.active = False
-        self.feed = None
-        self.failed = 0
+    def __init__(self, tick, app):
+        self._tick, self._app = tick, app
+        self._words = tick.words
+        self._rows = []  # (update, safe, hard, tune)
+        self._told = []
+        self.feed = self.tap = None
+        self.late = 0
         self.error = None
+        self.hand_over()
 
-    def add(self, update, safe=None):
-        """Call `update(app)` after each step; `safe()` once when the estimate has gone stale."""
-        self._updates.append(update)
-        self.active = True
-        if safe is not None:
-            self._safes.append(safe)
+    @property
+    def failed(self):
+        """Exceptions of all of them so far."""
+        return self._words[_FAILED]
 
-    def watch(self, feed):
-        """Call `feed()`, a watchdog's, after each good step."""
-        self.feed = feed
-        self.active = True
+    @property
+    def raising(self):
+        """Whether a function raised the last time it was called."""
+        return any(self._drive.in_row)
+
+    @property
+    def active(self):
+        """Whether there are any."""
+        return bool(self._rows)
+
+    @property
+    def soft(self):
+        """Whether there are functions to be called after the tick."""
+        for row in self._rows:
+            if not row[2]:
+                return True
+        return False
+
+    def add(self, update, safe=None, hard=False, tune=None):
+        """Call `update(app)` after each step, and `safe()` whenever it can no longer steer.
+
+        hard: it is fit for the tick (integers, no allocation; it reads app.angles_mdeg and
+        app.rates_mdps only). tune(period_us): told the loop's period, now and when it changes.
+        """
+        if tune and self._app.period_us:
+            tune(self._app.period_us)
+        self._rows.append((update, safe, hard, tune))
+        self.hand_over()
+
+    def remove(self, update):
+        """Take a function away, its output safe. ValueError when it was never added."""
+        for row in self._rows:
+            if row[0] == update:
+                self._rows.remove(row)
+                self.hand_over()
+                if row[1]:
+                    row[1]()
+                return
+        raise ValueError("not among the outputs: %s" % _name(update))
 
     def clear(self):
         """Take all functions away, their outputs safe."""
-        self.safe()
-        self.active = self.feed is not None
-        self._updates.clear()
-        self._safes.clear()
+        rows, self._rows = self._rows, []
+        self.hand_over()  # first: a tick may come in between, and must not drive them again
+        for row in rows:
+            self._make_safe(row)
 
-    def write(self, app, fresh, stale):
-        """One tick; allocates nothing unless the functions do.
+    def watch(self, feed):
+        """Call `feed()`, a watchdog's, after each good step in which no hard function failed."""
+        self.feed = feed
+        self.hand_over()
 
-        fresh: it had a new good burst; then, and when no function fails, the watchdog is fed.
-        """
-        if stale:
-            self.safe()
-            return
-        self._is_safe = False
-        failed = self.failed
-        for update in self._updates:
-            try:
-                update(app)
-            except Exception as error:
-                self._failed(error)
-        if fresh and self.feed is not None and failed == self.failed:
-            self.feed()
+    def tune(self, period_us):
+        """The loop's period has changed."""
+        for row in self._rows:
+            if row[3]:
+                row[3](period_us)
 
     def safe(self):
-        """Put every output into its safe state, once until the next write."""
-        if self._is_safe:
-            return
-        self._is_safe = True
-        for safe in self._safes:
-            try:
-                safe()
-            except Exception as error:
-                self._failed(error)
+        """Put every output into its safe state: the loop stops."""
+        self._drive.safe()
+        self.mend()
 
-    def _failed(self, error):
-        self.failed += 1
-        if self.error is None:
-            sys.print_exception(error)
+    def run(self, missed):
+        """After a tick: the soft functions, with the newest estimate; `missed` ticks had none."""
+        self.mend()
+        words, drive = self._words, self._drive
+        words[_SOFT] = 0
+        if words[_AGE_US] >= words[_STALE_US]:
+            return
+        for i, row in enumerate(self._rows):
+            if row[2]:
+                continue
+            self.late += missed
+            try:
+                row[0](self._app)
+                drive.in_row[i] = 0
+            except Exception as error:
+                self._show(i, error)
+                drive.failed(i, error.__class__)
+
+    def mend(self):
+        """Call again each safe() that failed in the tick, and name what raised there."""
+        drive = self._drive
+        self._words[_AGAIN] = 0
+        for i, row in enumerate(self._rows):
+            if drive.flags[i] & _UNSAFE:
+                drive.flags[i] &= ~_UNSAFE
+                self._make_safe(row)
+            if drive.flags[i] & _RAISED:
+                drive.flags[i] &= ~_RAISED
+                self._show(i, drive.kinds[i])
+
+    def _make_safe(self, row):
+        if row[1]:
+            try:
+                row[1]()
+            except Exception as error:
+                self._words[_FAILED] += 1
+                print("%s raised:" % _name(row[1]))
+                sys.print_exception(error)
+
+    def _show(self, i, error):
+        """Once for each function."""
+        update = self._rows[i][0]
         self.error = error
+        if update in self._told:
+            return
+        self._told.append(update)
+        print("output %s raised:" % _name(update))
+        if isinstance(error, Exception):
+            sys.print_exception(error)
+        else:
+            print(error.__name__, "in the tick; app.outputs counts on")
+
+    def hand_over(self):
+        """New tuples for the tick, all at once."""
+        rows = tuple([(row[0] if row[2] else None, row[1]) for row in self._rows])
+        made = Drive(self._words, self._app, rows, self.feed)
+        self._drive = made
+        drive = made.tick if rows or self.feed else None
+        if self.tap:  # firmware.stream's
+            drive = self.tap(drive)
+        self._tick.drive = drive or made.tick
+        self._words[_OUTPUTS] = 1 if drive else 0
+        self._words[_DUE] = 0  # the foreground is wanted after each tick from now on
+
+
+def _name(function):
+    """The function's name, with its class where it is a method."""
+    owner = getattr(function, "__self__", None)
+    name = getattr(function, "__name__", None) or str(function)
+    return name if owner is None else "%s.%s" % (type(owner).__name__, name)

@@ -1,13 +1,68 @@
 # SPDX-License-Identifier: MIT
-"""How the sensor is, measured while the loop runs: app.report() at the REPL."""
+"""How loop and sensor are: app.stats() and app.report() at the REPL."""
 
 import time
 from array import array
 from math import sqrt
 
-from mpu6050.selftest import passed, self_test
+from micropython import const
 
-_SAMPLES = 100
+from firmware.faults.policy import POLICY
+from firmware.tick import judge
+
+_SAMPLES = const(100)
+
+# places: firmware.tick.words
+_PREDICTED = const(4)
+_ERRORS = const(20)
+_BUSY = const(23)
+_COUNT = const(30)
+
+
+def faults(app):
+    """{cause: how often} of those seen since the start (firmware.faults.policy)."""
+    words, out = app.tick.words, {}
+    for code in range(1, len(POLICY)):
+        if words[_COUNT + code]:
+            out[POLICY[code].cause] = words[_COUNT + code]
+    over = judge.accel_saturated(app.tick.memory)
+    if over:
+        out["accel_saturated"] = over
+    return out
+
+
+class Stats(dict):
+    """A dict that prints a group a line."""
+
+    _GROUPS = ("period", "jitter", "late", "step", "output", "telemetry")
+
+    def __repr__(self):
+        lines = {}
+        for name in sorted(self):
+            group = name.split("_")[0]
+            group = group if group in self._GROUPS else ""
+            lines.setdefault(group, []).append("%r: %r" % (name, self[name]))
+        rows = [", ".join(lines[group]) for group in sorted(lines)]
+        return "{%s}" % ",\n ".join(rows)
+
+
+def stats(app):
+    """Timing (firmware.loop), faults by cause, outputs and telemetry, as a dict."""
+    out = Stats(app.loop.stats() if app.loop else {})
+    out.update(faults(app))
+    words = app.tick.words
+    out["tick"] = app.tick_kind
+    out["predicted"] = words[_PREDICTED]
+    out["busy"] = words[_BUSY]
+    out["errors"] = words[_ERRORS] + app.foreground.errors
+    out["age_ms"] = app.age_us // 1000
+    out["stale"] = app.stale
+    out["uncertain"] = app.uncertain
+    out["output_errors"] = app.outputs.failed
+    out["output_late"] = app.outputs.late
+    out["telemetry_lines"] = app.telemetry.lines
+    out["telemetry_dropped"] = app.telemetry.dropped
+    return out
 
 
 def report(app):
@@ -15,7 +70,7 @@ def report(app):
 
     |a| is 1 g and the noise that of the sensor only while the robot is at rest.
     """
-    timing = app.loop.stats()
+    timing = app.stats()
     imu = app.imu
     sums, squares = [0] * 7, [0] * 7
     for _ in range(_SAMPLES):
@@ -29,7 +84,7 @@ def report(app):
         sqrt(max(0, _SAMPLES * squares[i] - sums[i] * sums[i])) / _SAMPLES for i in range(4, 7)
     ]
     force = app.calibration.apply([m / imu.accel_lsb_per_g for m in mean[:3]], (0, 0, 0))[0]
-    faults = app.health.stats()
+    seen = faults(app)
     return {
         "rate_hz": 1e6 / timing["period_mean_us"] if timing["period_mean_us"] else 0.0,
         "jitter_p99_us": timing["jitter_p99_us"],
@@ -37,9 +92,9 @@ def report(app):
         "gyro_noise_dps": max(noise) / imu.gyro_lsb_per_dps,
         "temp_c": imu.temp_c(),
         "part": imu.profile.name,
-        "registers_good": faults.get("register", 0) == 0,
+        "registers_good": seen.get("register", 0) == 0,
         "stale": app.stale,
-        "faults": faults,
+        "faults": seen,
     }
 
 
@@ -48,6 +103,8 @@ def tested(imu):
 
     A part without factory trim cannot be judged: that counts as not passed and says so.
     """
+    from mpu6050.selftest import passed, self_test
+
     axes = self_test(imu)
     lines = []
     for axis in axes:

@@ -1,41 +1,151 @@
 # SPDX-License-Identifier: MIT
-"""What happens once, before the loop runs: the stored calibration and the gyro's bias at rest."""
+"""The sensor found and set up, before the loop runs.
+
+As tolerant as the flight: what fails is tried again for a while, then refused with what was seen,
+how often, and what to check.
+"""
 
 import time
+from errno import ENODEV
 
-from mpu6050 import MPU6050
+from calibration import Calibration
+from calibration.rest import NotStill, rest
+from micropython import const
+from mpu6050 import MPU6050, ranges
 
+from firmware import filters
 from firmware.board import diagnose
 from firmware.calibration import load_for
 
-_BIAS_MAX_DPS = 40.0  # initial offset and drift over temperature (PS section 6.1)
+_OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
+_PATIENCE_MS = const(1000)  # a supply may take 100 ms to rise (PS p. 15), a plug to be pushed in
+_EACH_MS = const(100)  # of which one attempt asks for its name
+_FIRST = const(30)
+_SPREAD = 6.0
 
 
 def sensor(board, config):
-    """The driver, configured. OSError with the driver's words and what the bus itself shows."""
-    failure = None
-    try:
+    """The driver, configured. OSError with what was seen, how often, and what to check."""
+    seen = {}
+
+    def make(i2c):
         imu = MPU6050(
-            board.i2c(),
+            i2c or board.i2c(),
             address=config.address,
             gyro_dps=config.gyro_dps,
             accel_g=config.accel_g,
             dlpf_hz=config.dlpf_hz,
-            rate_hz=config.rate_hz if config.drive == "data-ready" else config.sensor_hz,
+            rate_hz=sensor_rate_hz(config),
+            allow_unknown=config.allow_unknown,
+            wait_ms=_EACH_MS,
+            seen=seen,
         )
-    except OSError as error:
-        failure = error
-    if failure is not None:  # raised out here, so that one traceback is shown
-        seen = diagnose(board, config.address)
-        raise OSError(failure.args[0], "%s\nSeen: %s" % (failure.args[-1], seen))
-    imu.data_ready(config.drive == "data-ready")
-    return imu
+        imu.data_ready(config.drive == "data-ready")
+        return imu
+
+    return _patiently(make, board, config, seen)
+
+
+def again(imu, board, config):
+    """A sensor that stood still meanwhile measures again, as the knobs say: it may sleep, have
+    lost its supply, or have another master's settings. OSError as sensor()."""
+
+    def look(i2c):
+        if i2c:
+            imu.use_bus(i2c)
+        if not (imu.same_part() or imu.same_part() or imu.adopt()):
+            raise OSError(ENODEV, "another device answers at 0x%02X than before" % imu.address)
+        if imu.asleep:
+            imu.wake()
+        imu.rewind()
+        for _ in range(imu.rows):
+            if not (imu.check() or imu.recheck()):
+                imu.reset()
+                imu.configure()
+                break
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
+        imu.data_ready(config.drive == "data-ready")
+        return imu
+
+    return _patiently(look, board, config, {})
+
+
+def _patiently(work, board, config, seen):
+    """What work(i2c) returns, tried for _PATIENCE_MS with a bus that is freed in between: the
+    sensor may come up later than the board, or hang in a transfer that a reset cut off.
+
+    i2c: None at first, then the bus made anew.
+    """
+    began = time.ticks_ms()
+    i2c = failure = None
+    tries = 0
+    while failure is None or time.ticks_diff(time.ticks_ms(), began) < _PATIENCE_MS:
+        tries += 1
+        try:
+            return work(i2c)
+        except OSError as error:
+            failure = error
+        i2c = board.recover()
+    # raised out here, so that one traceback is shown
+    passed_s = time.ticks_diff(time.ticks_ms(), began) / 1000
+    text = "%s\nTried %d times in %.1f s." % (failure.args[-1], tries, passed_s)
+    if "allow_unknown" in text:
+        text += ' In the app: app.set("allow_unknown", 1) or app.set("address", 0x69).'
+    if 2 * sum([n for got, n in seen.items() if got >= 0]) <= sum(seen.values()):
+        text += "\nSeen: %s" % diagnose(board, config.address)
+    raise OSError(failure.args[0], text)
+
+
+def first(imu):
+    """One good sample is in the driver's counts. OSError when none comes."""
+    failure = None
+    for _ in range(_FIRST):
+        try:
+            imu.read()
+            if imu.plausible():
+                return
+        except OSError as error:
+            failure = error
+        time.sleep_ms(1)
+    raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
+
+
+def sensor_rate_hz(config):
+    """What the driver is asked for. ValueError where the sensor cannot set the loop's pace: its
+    divider makes whole parts of its own rate only, and the loop would not be what was asked.
+    """
+    if config.drive != "data-ready":
+        return config.sensor_hz
+    own = 8000 if config.dlpf_hz == 260 else 1000  # Hz (RM p. 13)
+    n = own // config.rate_hz
+    for rate in (own / n, own / (n + 1)):
+        if abs(rate - config.rate_hz) <= _OFF * config.rate_hz:
+            return config.rate_hz
+    raise ValueError(
+        "rate_hz = %s with drive = data-ready: the sensor makes %d / n; nearest %.1f and %.1f Hz"
+        % (config.rate_hz, own, own / (n + 1), own / n)
+    )
+
+
+class _Ranges:
+    """What a sensor with these knobs would have, for check()."""
+
+    def __init__(self, config):
+        self.gyro_range_dps, self.accel_range_g = config.gyro_dps, config.accel_g
+        self.delay_s = ranges.delay_s(config.dlpf_hz, ranges.FAMILIES[0])
+
+
+def check(config):
+    """ValueError where the knobs do not go together, whatever each of them is by itself."""
+    rate_hz = sensor_rate_hz(config)
+    ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
+    filters.make(config, Calibration(), _Ranges(config), config.rate_hz)
 
 
 def calibration(imu, config):
     """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
     cal, warnings = load_for(imu)
-    imu.read()
+    first(imu)
     cal = cal.at(imu.temp_c())
     if config.self_test:
         from firmware.report import tested
@@ -44,40 +154,28 @@ def calibration(imu, config):
         if not good:
             warnings.append("self-test failed, or the sensor was moved: " + ", ".join(lines))
     if config.rest_s:
-        bias, why = gyro_bias(imu, config.rest_s, config.still_dps)
-        if bias:
-            cal = cal.but(gyro_bias_dps=bias)
-        else:
-            warnings.append("gyro bias not measured, the stored one (or zero) is used: " + why)
-    return cal, warnings
+        time.sleep_ms(_settling_ms(config, imu))
+        try:
+            still = rest(imu, config.rest_s, config.still_dps / _SPREAD)
+            cal = cal.at(still.temp_c).but(gyro_bias_dps=still.gyro_dps)
+        except NotStill as error:
+            text = "gyro bias not measured, the stored one (or zero) is used: it %s"
+            warnings.append(text % error)
+    return _folding(cal, imu, config, warnings), warnings
 
 
-def gyro_bias(imu, seconds, still_dps):
-    """((x, y, z) in deg/s, None) from samples at rest, or (None, why not).
+def _folding(cal, imu, config, warnings):
+    """`cal`, or as much of it as this range's integers can hold."""
+    for less in (cal, cal.mounting(), Calibration()):
+        try:
+            filters.make(config, less, imu, config.rate_hz)
+            return less
+        except ValueError as error:
+            warnings.append("the stored calibration is not used: %s" % error)
+    return cal
 
-    Paper 004 (MPU6050 Kalman): the mean of many samples, 1 ms apart, while the sensor stands
-    still. Here it is checked: the spread of each axis must stay below still_dps.
-    """
-    lsb = imu.gyro_lsb_per_dps
-    low = [32767] * 3
-    high = [-32768] * 3
-    total = [0] * 3
-    n = max(1, int(seconds * 1000))
-    for _ in range(n):
-        imu.read()
-        for axis in range(3):
-            value = imu.counts[4 + axis]
-            total[axis] += value
-            low[axis] = min(low[axis], value)
-            high[axis] = max(high[axis], value)
-        time.sleep_us(500)
-    spread = max(high[axis] - low[axis] for axis in range(3)) / lsb
-    if spread > still_dps:
-        return None, "it moves: the gyro spread over %.1f deg/s, still is below %.1f" % (
-            spread,
-            still_dps,
-        )
-    bias = tuple(total[axis] / n / lsb for axis in range(3))
-    if max(abs(b) for b in bias) > _BIAS_MAX_DPS:
-        return None, "it turns steadily: %.1f, %.1f, %.1f deg/s" % bias
-    return bias, None
+
+def _settling_ms(config, imu):
+    """Until the low-pass has forgotten the gyro's start: five of its time constants, and two of
+    the sensor's samples."""
+    return int(5 * 160 / config.dlpf_hz + 2000 / imu.rate_hz)

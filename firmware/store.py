@@ -38,23 +38,27 @@ def save(path, kind, version, values):
         os.remove(path + ".old")  # a bad one that every load would warn of
 
 
-def load(path, kind, version, texts=()):
+def load(path, kind, version, texts=(), by_hand=False):
     """The stored dict, or None when there is no valid one, and a list of warnings (texts).
 
-    texts: names whose values stay text, even where they look like numbers. A missing file is no
+    texts: names whose values stay text, even where they look like numbers. by_hand: a file that
+    is whole but for its CRC has been edited: it is taken, with a warning. A missing file is no
     warning. Never raises because of what the files hold.
     """
     best = None
     warnings = []
     for end in ("", ".new", ".old"):
-        found = _read(path + end, kind, version)
+        found = _read(path + end, kind, version, by_hand and not end)
         if isinstance(found, tuple):
+            if found[2]:
+                text = "edited by hand (its crc does not fit): taken; app.save() makes it whole"
+                warnings.append("%s: %s" % (path, text))
             # .old is older whatever it says: NAME may be a copy from elsewhere, with a low number
             if best is None or (end == ".new" and found[0] > best[0]):
                 best = found
         elif found and end != ".new":  # a half-written .new is a cut save: nothing is lost
             warnings.append("%s%s: %s" % (path, end, found))
-    if warnings:
+    if warnings and not (best and best[2]):
         warnings.append("%s: %s" % (path, "last good one used" if best else "defaults used"))
     if best is None:
         return None, warnings
@@ -65,8 +69,8 @@ def load(path, kind, version, texts=()):
     return values, warnings
 
 
-def _read(path, kind, version):
-    """(generation, lines) of a valid file, a text saying what is wrong, or None: no file."""
+def _read(path, kind, version, by_hand=False):
+    """(generation, lines, edited) of a valid file, a text saying what is wrong, or None."""
     try:
         if os.stat(path)[6] > _SIZE_MAX:
             return "larger than %d bytes" % _SIZE_MAX
@@ -75,12 +79,12 @@ def _read(path, kind, version):
     except OSError as error:
         return None if error.errno == 2 else "cannot be read (%s)" % error
     try:
-        return _parse(data, kind, version)
+        return _parse(data, kind, version, by_hand)
     except ValueError as error:
         return str(error)
 
 
-def _parse(data, kind, version):
+def _parse(data, kind, version, by_hand):
     for byte in data:
         if byte != 10 and not 32 <= byte <= 126:
             raise ValueError("byte 0x%02x in a text" % byte)
@@ -88,7 +92,8 @@ def _parse(data, kind, version):
     end = text.rfind("\n", 0, len(text) - 1) + 1  # where the last line begins
     if end < 1 or text[-1] != "\n" or not text[end:].startswith("crc "):
         raise ValueError("truncated: no crc line at its end")
-    if text[end:] != "crc %08x\n" % binascii.crc32(data[:end]):
+    edited = text[end:] != "crc %08x\n" % binascii.crc32(data[:end])
+    if edited and not by_hand:
         raise ValueError("crc does not fit: damaged or edited")
     _check_lines(text)
     lines = text[:end].split("\n")
@@ -102,7 +107,7 @@ def _parse(data, kind, version):
     for line in lines:
         if line.find(" = ") < 1:
             raise ValueError("line without a value: %s" % line[:40])
-    return generation, lines
+    return generation, lines, edited
 
 
 def _check_lines(text):

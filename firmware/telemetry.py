@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Angles as text at a fixed rate: lines of 64 bytes that Thonny's plotter reads.
 
-A line is made in a buffer and written from the tick without allocating, only when somebody takes
+A line is made in a buffer and written after a tick without allocating, only when somebody takes
 it. 64 bytes divide the 256 of the USB buffer: a reader that goes away leaves it full to the byte,
 so the look before each write is enough never to wait.
 """
@@ -11,6 +11,11 @@ import sys
 import time
 
 import micropython
+from micropython import const
+
+_ROLL = const(2)  # places: firmware.tick.estimate
+_PITCH = const(3)
+_YAW = const(4)
 
 HEADER = b"# roll, pitch and yaw in degrees; stale: no answer from the sensor, angle held\r\n"
 _LINE = b"roll_deg:    0.00 pitch_deg:    0.00 yaw_deg:    0.00 stale:0 \r\n"
@@ -56,10 +61,14 @@ class Console:
         return False
 
     def key(self):
-        """Whether a key waits to be read; it is left for the REPL."""
+        """Whether a key waits to be read."""
         for _ in self._in.ipoll(0):
             return True
         return False
+
+    def take(self):
+        """Read the key that waits, so that it is not the REPL's."""
+        sys.stdin.read(1)
 
 
 class Telemetry:
@@ -106,17 +115,18 @@ class Telemetry:
                 time.sleep_ms(10)
                 passed = time.ticks_diff(time.ticks_ms(), began)
                 if seconds is not None and passed >= seconds * 1000:
-                    break
+                    return
+            self.console.take()
         except KeyboardInterrupt:
             pass
         finally:
             self.end()
 
-    def tick(self, angles, stale):
-        """Count a tick while `on`; write a line of angles.roll_mdeg ... when it is due."""
+    def tick(self, est, stale, passed):
+        """`passed` ticks later, while `on`; write a line of the estimate when it is due."""
         if not self._every:
             return
-        self._left -= 1
+        self._left -= passed
         if self._left > 0:
             return
         self._left = self._every
@@ -128,9 +138,9 @@ class Telemetry:
             self.console.write(HEADER)
             return
         line = self._line
-        put_mdeg(line, _ROLL_AT, angles.roll_mdeg)
-        put_mdeg(line, _PITCH_AT, angles.pitch_mdeg)
-        put_mdeg(line, _YAW_AT, angles.yaw_mdeg)
+        put_mdeg(line, _ROLL_AT, est[_ROLL])
+        put_mdeg(line, _PITCH_AT, est[_PITCH])
+        put_mdeg(line, _YAW_AT, est[_YAW])
         line[_STALE_AT] = 49 if stale else 48
         self.console.write(line)
         self.lines += 1

@@ -1,235 +1,185 @@
 # SPDX-License-Identifier: MIT
-"""One good burst per tick into imu.counts, or the last good one again; and the way out of faults.
+"""The way out of faults, a step a call, in the foreground: it allocates, waits and may raise.
 
-The policy is health.POLICY. What an action needs is spread over ticks, so that none is long.
+The tick goes on meanwhile and predicts. What an action needs is spread over calls, so that none
+holds the bus for long; each transfer takes the lock by itself (the driver's `lock`).
 """
 
-import errno
+import time
 
-import micropython
 from micropython import const
 
-from firmware.faults import policy as h
-from firmware.tick import judge as guard
-from firmware.tick.judge import judge
+from firmware.faults import policy
+from firmware.tick import cause_of
 
-# What a tick does; from _VERIFY on it reads no burst.
-_RUN = const(0)
-_SETTLE = const(1)  # reads, but does not use it yet
-_VERIFY = const(2)
-_REPAIR = const(3)
-_RESET = const(4)
-_RESET_PATHS = const(5)  # the chip was reset, its signal paths are next
-_RESET_DONE = const(6)
+# what is under way
+_WELL = const(0)
+_VERIFY = const(1)
+_REPAIR = const(2)
+_RESET = const(3)
+_RESET_PATHS = const(4)  # the chip was reset, its signal paths are next
+_RESET_DONE = const(5)
 
-_RESET_US = const(100000)  # after each step of a reset (RM p. 41)
-_SETTLE_US = const(35000)  # gyro start-up to within 1 % (PS p. 12)
-_SHORT_US = const(15000)  # in an outage shorter than this no chip can have lost its settings
-_MODES = {
-    h.VERIFY: (_VERIFY, 0),
-    h.REPAIR: (_REPAIR, 0),
-    h.RESET: (_RESET, 0),
-    h.RING: (_SETTLE, 0),
-}
-_PER_TICK = const(4)  # registers verified in a tick, about as long as a burst
+# places: firmware.tick.words
+_ODD = const(0)
+_CAUSE = const(1)
+_IN_ROW = const(2)
+_UNUSED_US = const(6)
+_RING_US = const(7)
+_SURE = const(8)
+_FORGET = const(9)
+_COUNT = const(30)
+
+_RESET_MS = const(100)  # after each step of a reset (RM p. 41)
+_START_US = const(30000)  # the gyro's, from sleep (PS p. 12); then its low-pass forgets that
+_NOT_YET_US = const(1000000000)
+_PER_CALL = const(4)  # registers looked at or written in a call
 
 
-class Sensing:
-    """Fetches for the loop. `split`: begin() starts the burst that fetch() collects.
+class Mend:
+    """Watches the tick's words and brings the sensor back.
 
-    imu: the driver; board: for the recovery of the bus; health: takes the counts; slowly: called
-    with a count whenever it is time for slow work (health's look_every).
-    another: True when another part was taken on, until somebody sets it False.
-
-    fetch(dt_us): True with a new good burst in imu.counts; False with the last good one there.
-    dt_us: time since the last call. Faults are counted and acted on; nothing is raised. While
-    all is well it is the function of _quick(), else _mend(): a test of the mode in each tick
-    would cost as much as the judgement of the burst.
+    imu: the driver; board: frees the bus; bus: firmware.bus; adopted: called when another part
+    was taken on.
     """
 
-    def __init__(self, imu, board, health, split, slowly):
-        self._imu = imu
-        self._board = board
-        self._health = health
-        self._split = split
-        self._slowly = slowly
-        self._looks = 0
-        self._wait_us = 0
+    def __init__(self, imu, board, bus, words, adopted):
+        self._imu, self._board, self._bus, self._words = imu, board, bus, words
+        self._adopted = adopted
+        self._doing = _WELL
+        self._acted = 0  # IN_ROW when something was done last
         self._row = 0
-        self._sure = True  # that the chip has its settings
-        self.another = False
-        self._mending = self._mend  # a bound method is a heap block: made once
-        self._taking = self._quick()
-        self._go(_RUN)
+        self._wait_ms = 0
 
-    def begin(self):
-        """Start the burst of the coming tick; returns at once."""
-        if self._mode <= _SETTLE:
-            self._imu.start()
+    @property
+    def well(self):
+        """Whether there is nothing to do."""
+        return self._doing == _WELL and not self._words[_IN_ROW]
 
-    def _quick(self):
-        """fetch() of a sensor that is well, with all it needs as locals: 40 us less a tick."""
-        imu, health = self._imu, self._health
-
-        @micropython.native  # bytecode takes 30 us longer
-        def fetch(
-            dt_us,
-            take=imu.collect if self._split else imu.read,
-            judge=judge,
-            counts=imu.counts,
-            memory=health.memory,
-            odd=self._odd,
-        ):
-            try:
-                while take() is False:  # it ends: the driver raises ETIMEDOUT
-                    pass
-                cause = judge(counts, memory)
-                if not cause:
-                    return True
-            except OSError as error:
-                cause = _cause(error)
-            return odd(cause, dt_us)
-
-        return fetch
-
-    def _go(self, mode):
-        self._mode = mode
-        self.fetch = self._mending if mode else self._taking
-
-    @micropython.native
-    def _odd(self, cause, dt_us):
-        if cause == guard.LOOK:
-            return self._look(dt_us)
-        if cause <= h.FROZEN:
-            self._sure = False
-        self._act(self._health.bad(cause, dt_us))
-        return False
-
-    @micropython.native
-    def _look(self, dt_us):
-        """A good burst after an outage, or time to compare the next of the registers."""
-        health = self._health
-        if health.in_row:
-            if not self._sure and health.age_us > _SHORT_US:
-                self._act(h.VERIFY)
-                return self._mend(dt_us)
-            self._sure = True
-            health.good(dt_us)
-            return True
-        try:
-            if not (self._imu.check() or self._imu.recheck()):
-                health.count(h.REGISTER)
-                self._act(h.REPAIR)
-        except OSError as error:
-            health.count(_cause(error))
-        self._looks += 1
-        self._slowly(self._looks)
-        return True
-
-    def _act(self, action):
-        if action == h.HOLD:
+    def run(self):
+        """A step, where one is due; nothing while somebody else holds the bus."""
+        words = self._words
+        if self._bus.held:
             return
-        if action == h.RECOVER:
-            self._imu.use_bus(self._board.recover())
-            self._taking = self._quick()
-            self._go(self._mode)
-            return
-        mode, self._wait_us = _MODES[action]
-        self._go(mode)
-        if action == h.RING:
-            self._wait_us = self._health.ring_us
-        else:
-            self._imu.rewind()
-            self._row = 0
-
-    def _mend(self, dt_us):
-        """A tick of the way back, no new burst; a failure begins it anew with VERIFY."""
-        health = self._health
+        if self._doing == _WELL and words[_SURE]:
+            return  # mended, and no fault since; it may still settle
+        in_row = words[_IN_ROW]
+        if in_row < self._acted or not in_row:
+            self._acted = 0
         try:
-            if self._mode == _SETTLE:
-                self._settle(dt_us)
-            elif self._mode == _VERIFY:
+            if self._doing == _WELL or words[_CAUSE] == policy.TIMEOUT:
+                self._decide(words[_CAUSE], in_row)
+            if self._doing == _VERIFY:
                 self._verify()
-            elif self._mode == _REPAIR:
+            elif self._doing == _REPAIR:
                 self._repair()
-            else:
-                self._reset(dt_us)
-            health.wait(dt_us)
+            elif self._doing >= _RESET:
+                self._reset()
         except OSError as error:
-            action = health.bad(_cause(error), dt_us)
-            self._act(h.VERIFY)
-            if action == h.RECOVER:
-                self._act(action)
-        return False
+            self._failed(error)
 
-    def _settle(self, dt_us):
-        imu, health = self._imu, self._health
-        if self._split:
-            while not imu.collect():
-                pass
-        else:
-            imu.read()
-        self._wait_us -= dt_us
-        if guard.saturated(imu.counts):
-            health.count(h.SATURATED)
-            self._wait_us = health.ring_us
-        guard.hold(imu.counts, health.memory)
-        if self._wait_us <= 0:
-            guard.forget(health.memory)
-            self._go(_RUN)
+    def repair(self):
+        """A register has lost its value while all else is well."""
+        self._count(policy.REGISTER)
+        self._go(_REPAIR)
+
+    def count(self, error):
+        """Count what a transfer of the foreground raised."""
+        self._count(_cause(error))
+
+    def _decide(self, cause, in_row):
+        if cause == policy.UNVERIFIED:
+            if in_row and not self._words[_SURE]:
+                self._go(_VERIFY)
+            return
+        action = policy.action(cause, in_row, self._acted)
+        if action == policy.HOLD:
+            return
+        self._acted = in_row
+        if action == policy.RECOVER:
+            with self._bus:
+                self._imu.use_bus(self._board.recover())
+        elif action == policy.VERIFY:
+            self._go(_VERIFY)
+        elif action == policy.RESET:
+            self._go(_RESET)
+
+    def _go(self, doing):
+        words = self._words
+        self._doing = doing
+        self._imu.rewind()
+        self._row = 0
+        self._wait_ms = 0
+        if doing >= _REPAIR:  # its bursts mean nothing until it has settled
+            words[_UNUSED_US] = _NOT_YET_US
+            words[_ODD] = 1
+
+    def _done(self, settle_us):
+        words = self._words
+        self._doing = _WELL
+        words[_SURE] = words[_FORGET] = 1
+        words[_UNUSED_US] = settle_us
+        words[_ODD] = 1
+
+    def _failed(self, error):
+        """The bus failed meanwhile: the tick will see it too, and what was done is not sure."""
+        words = self._words
+        self._count(_cause(error))
+        self._doing = _WELL
+        words[_SURE] = words[_UNUSED_US] = 0
+        words[_ODD] = 1
+
+    def _count(self, cause):
+        self._words[_COUNT + cause] += 1
 
     def _verify(self):
         imu = self._imu
-        for _ in range(_PER_TICK):
+        for _ in range(_PER_CALL):
             if not (imu.check() or imu.recheck()):
-                imu.rewind()
-                self._health.count(h.REGISTER)
-                self._go(_REPAIR)
-                self._repair()  # a dead bus fails here, and the chip has lost nothing
+                self.repair()
                 return
             self._row += 1
             if self._row == imu.rows:
                 if self._same_part():
-                    self._sure = True
-                    guard.forget(self._health.memory)
-                    self._go(_RUN)
+                    self._done(0)
                 return
 
     def _repair(self):
-        if self._imu.repair() and self._same_part():
-            self._sure = True
-            self._go(_SETTLE)
-            self._wait_us = _SETTLE_US
+        for _ in range(_PER_CALL):
+            if self._imu.repair():
+                if self._same_part():
+                    self._done(_START_US + self._words[_RING_US])
+                return
 
     def _same_part(self):
         """True unless another part sits there; one that is known is taken on."""
-        if self._imu.same_part():
+        imu = self._imu
+        if imu.same_part():
             return True
-        if self._imu.adopt():
-            self.another = True
-            self._health.count(h.ANOTHER)
-            self._act(h.REPAIR)
+        self._count(policy.ANOTHER)
+        if imu.adopt():
+            self._adopted()
+            self._go(_REPAIR)
         else:
-            self._health.bad(h.ANOTHER, 0)
-            self._act(h.VERIFY)
+            self._doing = _WELL
         return False
 
-    def _reset(self, dt_us):
-        self._wait_us -= dt_us
-        if self._wait_us > 0:
+    def _reset(self):
+        now = time.ticks_ms()
+        if self._wait_ms and time.ticks_diff(now, self._wait_ms) < 0:
             return
-        self._wait_us = _RESET_US
-        if self._mode == _RESET:
+        self._wait_ms = time.ticks_add(now, _RESET_MS)
+        if self._doing == _RESET:
             self._imu.reset_chip()
-            self._go(_RESET_PATHS)
-        elif self._mode == _RESET_PATHS:
+        elif self._doing == _RESET_PATHS:
             self._imu.reset_paths()
-            self._go(_RESET_DONE)
         else:
-            self._act(h.REPAIR)
+            self._go(_REPAIR)
+            return
+        self._doing += 1
 
 
 def _cause(error):
-    if error.errno == errno.ETIMEDOUT:
-        return h.TIMEOUT
-    return h.REGISTER if "register" in str(error) else h.NACK  # the driver's verification
+    if "register" in str(error):  # the driver's verification
+        return policy.REGISTER
+    return cause_of(-(error.errno or 5))

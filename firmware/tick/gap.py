@@ -1,105 +1,130 @@
 # SPDX-License-Identifier: MIT
-"""The estimate over ticks without a sample, and over ticks that never came.
+"""The filter over ticks without a sample, and over ticks that never came.
 
-Meanwhile the angle is predicted with the last good rate. When samples come again, the rotation
-that was missed is what the mean of the rates before and after makes of the time; the part that
-was not predicted yet is made up for at once. After too long a gap nobody knows the rotation: then
-the filter levels anew.
+Meanwhile the angle is turned on with the last good rate, each time from where the last good
+sample left it. The sample that ends the gap brings the mean of the rates before and after: the
+filter goes back to where the gap began and takes that. After too long a gap nobody knows the
+tilt: the filter levels anew. How far the yaw may be off adds up (YAW_DOUBT); where that is much,
+it is said to be lost.
 """
 
 from array import array
-from math import pi
 
+import micropython
 from micropython import const
 
+# places: firmware.tick.words
+_FROM_US = const(15)
+_UNSURE_US = const(16)
+_YAW_LOST = const(17)
+_YAW_DOUBT = const(28)
+
 _PREDICT_US = const(250000)  # longer than that the last rate says nothing
-_AT_ONCE = const(8)  # updates in one tick at most, about 1 ms
-_HALF_SCALE = const(16384)
-_MOST = const(32000)  # short of what a filter takes for saturated
+_YAW_US = const(1000000)  # so long the mean of two rates is the best guess of the yaw
+_LEVEL_US = const(1500000)  # after a levelling: the accelerometer may have been pushed
+_TURNING_MDPS = const(3000)
+_LOST_MDEG = const(15000)  # from here on the yaw is not claimed any more
 
 
-class Bridge:
-    """The estimator `filter`, with a bridge over each gap; period_us is the loop's.
+@micropython.viper
+def _copy(held: ptr16, memory: ptr16):
+    i = 0
+    while i < 7:
+        held[i] = memory[i]
+        i += 1
 
-    update: of the filter; `timed`: whether it takes the time as well as the counts.
+
+@micropython.viper
+def _doubt(out: ptr32, before: ptr32, gap_us: int) -> int:
+    """How far the yaw may be off after a gap, mdeg: an eighth of what the change of the rate
+    would make of the time, and a thirtieth of the turn itself; all of it after too long a gap.
     """
+    most = 0
+    change = 0
+    i = 0
+    while i < 3:
+        now = out[3 + i]
+        then = before[i]
+        t = now - then
+        if t < 0:
+            t = 0 - t
+        if t > change:
+            change = t
+        if now < 0:
+            now = 0 - now
+        if then < 0:
+            then = 0 - then
+        if then > now:
+            now = then
+        if now > most:
+            most = now
+        i += 1
+    if most < _TURNING_MDPS:
+        return 0
+    ms = gap_us // 1000
+    if gap_us > _YAW_US:
+        if ms > 10000:
+            ms = 10000
+        most = (most // 1000) * ms
+    else:
+        most = ((change >> 3) + (most >> 5)) // 16 * ms // 64
+    if most > 180000:
+        return 180000
+    return most
 
-    def __init__(self, period_us, gyro_lsb_per_dps):
-        self.period_us = period_us
-        self._made = 0  # updates since the last good sample
-        self._counts = array("h", [0] * 7)  # the last burst before the gap, turned on since
-        self._parts = array("i", [0] * 3)
-        # counts of the gyro to the angle of a period, rad * 2^29
-        self._turn = round(period_us * 1e-6 / gyro_lsb_per_dps * pi / 180 * (1 << 29))
 
-    def use(self, filter):
-        """Work with this filter from now on; what was predicted is in its state, or forgotten."""
-        self._made = 0
-        self.filter, self.update, self.timed = filter, filter.update, filter.timed
-        self.pace(self.period_us)
+class Gap:
+    """The bridge over one gap at a time; `words` are firmware.tick.words'."""
 
-    def pace(self, period_us):
-        """From now on a tick comes every period_us."""
-        self.period_us = period_us
-        if not self.timed:
-            self.filter.period_us = period_us
+    def __init__(self, words):
+        self._words = words
+        self._held = array("h", [0] * 7)  # the last good burst before the gap
+        self._rates = array("i", [0] * 3)  # and the filter's rates, mdeg/s
 
-    def remember(self, counts):
-        """A gap begins; `counts` is still the last good burst. Within a gap this does nothing."""
-        if not self._made:
-            for i in range(7):
-                self._counts[i] = counts[i]
+    def rescale(self, was_lsb, is_lsb):
+        """The gyro's range has changed: counts per deg/s before and now."""
+        held = self._held
+        for i in range(4, 7):
+            held[i] = max(-32767, min(32767, round(held[i] * is_lsb / was_lsb)))
 
-    def predict(self, counts, dt_us, age_us):
-        """A tick without a sample: turn on with the last good one, `counts`."""
-        if age_us > _PREDICT_US:
-            return
-        self.remember(counts)
-        held = self._counts
-        period_us = self.period_us
-        left_us = dt_us + (period_us >> 1)
-        while left_us >= period_us:
-            left_us -= period_us
-            self._made += 1
-            self._turn_force(held)
-            self._update(held)
+    @micropython.native
+    def open(self, filter, memory):
+        """A gap may begin: keep where the filter is; `memory` begins with the last good burst."""
+        _copy(self._held, memory)
+        rates, out = self._rates, filter.out
+        rates[0] = out[3]
+        rates[1] = out[4]
+        rates[2] = out[5]
+        self._words[_FROM_US] = 0
+        filter.keep()
 
-    def _turn_force(self, held):
-        """The force stays where it is in the earth: turn it against the sensor's rotation."""
-        turn = self._turn
-        x, y, z = held[0], held[1], held[2]
-        a, b, c = held[4] * turn >> 14, held[5] * turn >> 14, held[6] * turn >> 14
-        held[0] = _counts(x + (y * c - z * b >> 15))
-        held[1] = _counts(y + (z * a - x * c >> 15))
-        held[2] = _counts(z + (x * b - y * a >> 15))
+    @micropython.native
+    def predict(self, filter, age_us):
+        """A tick without a sample, age_us after the last good one."""
+        if age_us <= _PREDICT_US:
+            filter.turn(self._held, self._held, age_us - self._words[_FROM_US])
 
-    def close(self, counts, gap_us):
-        """A good sample gap_us after the last good one; the caller updates with it afterwards."""
-        made, self._made = self._made, 0
+    @micropython.native
+    def close(self, filter, counts, gap_us, period_us):
+        """A good sample gap_us after the last one; the caller updates with it afterwards."""
+        missing_us = gap_us - self._words[_FROM_US] - period_us
+        if missing_us > period_us >> 1 and gap_us <= _YAW_US:
+            filter.turn(self._held, counts, missing_us)
         if gap_us > _PREDICT_US:
-            self.filter.relevel()
-            return
-        missing = (gap_us + (self.period_us >> 1)) // self.period_us - 1
-        if not made and missing < 1:
-            return
-        extra = self._counts
-        for axis in range(4, 7):
-            rate = extra[axis]
-            self._parts[axis - 4] = ((rate + counts[axis]) * missing >> 1) - rate * made
-        most = max(max(self._parts), -min(self._parts))
-        times = min(most // _HALF_SCALE + 1, _AT_ONCE)
-        for i in range(3):
-            extra[i] = counts[i]
-            extra[4 + i] = _counts(self._parts[i] // times)
-        for _ in range(times):
-            self._update(extra)
+            filter.relevel()
 
-    def _update(self, counts):
-        if self.timed:
-            self.update(counts, self.period_us)
-        else:
-            self.update(counts)
+    @micropython.native
+    def closed(self, filter, gap_us):
+        """After the first update that followed a gap: say what is not known."""
+        words = self._words
+        doubt = words[_YAW_DOUBT] + _doubt(filter.out, self._rates, gap_us)
+        words[_YAW_DOUBT] = doubt if doubt < 180000 else 180000
+        if doubt > _LOST_MDEG:
+            words[_YAW_LOST] = 1
+        if gap_us > _PREDICT_US and (doubt or self._turns()):
+            words[_UNSURE_US] = _LEVEL_US
 
-
-def _counts(value):
-    return min(max(value, -_MOST), _MOST)
+    @micropython.native
+    def _turns(self):
+        rates = self._rates
+        return max(rates) > _TURNING_MDPS or min(rates) < -_TURNING_MDPS

@@ -9,8 +9,7 @@ from array import array
 import micropython
 from micropython import const
 
-# what judge() returns besides 0; faults are places in health.POLICY
-LOOK = const(-1)  # a good burst, and time to look at something else as well
+# what judge() returns besides 0 for a good burst: places in firmware.faults.policy's table
 FILL = const(3)
 FROZEN = const(4)
 JUMP = const(5)
@@ -24,9 +23,7 @@ _PRIMED = const(18)  # there is a last good burst to compare with
 _CALM = const(19)  # primed, and the last burst was neither the same nor a leap
 _ACCEL_OVER = const(20)  # bursts with a saturated accelerometer, which are good
 _SAME_MAX = const(21)  # identical bursts in a row that are still good
-_LEFT = const(22)  # good bursts until judge() says LOOK, and how many there are between two
-_EVERY = const(23)
-_WORDS = const(24)
+_WORDS = const(22)
 
 # Largest step of one sample, counts. Gyro: an eighth of full scale, what a flipped bit 12 makes;
 # accelerometer: half of full scale, since vibration is not a fault.
@@ -36,38 +33,36 @@ _NEAR = const(26000)  # of 32768: a leap to there is the edge of a saturation
 _AGREES = const(2)  # rejections after which a leap is believed
 
 
-def memory(same_max=10, look_every=25):
-    """What judge() has to remember between two calls.
+def memory():
+    """What judge() has to remember between two calls; allow() says how often a burst may repeat.
 
-    same_max: identical bursts in a row that are still good; look_every: good bursts until LOOK.
+    The last good burst is its first seven words.
     """
-    words = array("H", [0] * _WORDS)
+    return array("H", [0] * _WORDS)
+
+
+def allow(words, same_max):
+    """So many identical bursts in a row are still good."""
     words[_SAME_MAX] = same_max
-    words[_LEFT] = words[_EVERY] = look_every
-    return words
 
 
-def look_next(words):
-    """Let judge() say LOOK with the next good burst."""
-    words[_LEFT] = 1
-
-
-def forget(words):
+@micropython.viper
+def forget(words: ptr16):
     """The next burst is no leap, whatever came before: after an outage."""
-    words[_PRIMED] = words[_CALM] = 0
+    words[_PRIMED] = 0
+    words[_CALM] = 0
 
 
-def hold(counts, words):
-    """Put the last good burst back into counts."""
-    for i in range(7):
-        value = words[i]
-        counts[i] = value - 65536 if value & 0x8000 else value
-
-
-def saturated(counts):
-    """Whether a rate is near its full scale; the low-pass rounds the edges of a saturation."""
-    x, y, z = counts[4], counts[5], counts[6]
-    return max(x, y, z) >= _NEAR or min(x, y, z) <= -_NEAR
+@micropython.viper
+def saturated(counts: ptr16) -> int:
+    """1 when a rate is near its full scale; the low-pass rounds the edges of a saturation."""
+    i = 4
+    while i < 7:
+        value = (int(counts[i]) ^ 0x8000) - 0x8000
+        if value >= _NEAR or value <= 0 - _NEAR:
+            return 1
+        i += 1
+    return 0
 
 
 def accel_saturated(words):
@@ -77,8 +72,8 @@ def accel_saturated(words):
 
 @micropython.viper
 def judge(counts, words) -> int:
-    """0 or LOOK for a good burst, which is remembered; else the fault's code, and counts are put
-    back to the last good burst.
+    """0 for a good burst, which is remembered; else the fault's code, and counts are put back to
+    the last good burst.
     """
     c = ptr16(counts)
     m = ptr16(words)
@@ -112,12 +107,7 @@ def judge(counts, words) -> int:
     q[1] = p[1]
     q[2] = p[2]
     m[6] = c[6]
-    t = m[_LEFT] - 1
-    m[_LEFT] = t
-    if t:
-        return 0
-    m[_LEFT] = m[_EVERY]
-    return LOOK
+    return 0
 
 
 @micropython.viper
@@ -187,9 +177,4 @@ def _doubt(counts, words) -> int:
         m[_SAME] = 0
         m[_CALM] = 1
     m[_PRIMED] = 1
-    i = m[_LEFT] - 1
-    m[_LEFT] = i
-    if i:
-        return 0
-    m[_LEFT] = m[_EVERY]
-    return LOOK
+    return 0

@@ -31,7 +31,8 @@ _EARLIEST = const(17)  # least lateness in the window that runs
 _MARK = const(18)  # _LAST and _TICKS + _LOST when recent_period_us() was asked last
 _MARK_TICKS = const(19)
 _WRAPS = const(20)  # how often ticks_us began anew
-_WORDS = const(21)
+_CATCH = const(21)  # calls that a timer still makes up for after a stall, back to back
+_WORDS = const(22)
 
 # Histograms, log-linear, 8 bins per octave, exact below 16 us, up to 2^20 us.
 _BINS = const(144)
@@ -54,14 +55,19 @@ def account(words: ptr32, bins: ptr32, now: int) -> int:
     if words[_GRID]:
         late = ((now - words[_DEADLINE] + 0x20000000) & 0x3FFFFFFF) - 0x20000000
         if late < 0 or words[_TICKS] == 0:
-            if words[_TICKS] and dt < (period >> 1):
+            if words[_TICKS] and (dt < (period >> 1) or words[_CATCH]):
+                if words[_CATCH]:
+                    words[_CATCH] -= 1
                 words[_EXTRA] += 1
                 return 0
             words[_DEADLINE] = now  # no timer is early: the grid was late
             late = 0
+        if words[_CATCH]:
+            words[_CATCH] -= 1
         if late >= period:
             lost = late // period
             late -= lost * period
+            words[_CATCH] = lost
         words[_DEADLINE] = (words[_DEADLINE] + (lost + 1) * period) & 0x3FFFFFFF
         if late < words[_EARLIEST]:
             words[_EARLIEST] = late

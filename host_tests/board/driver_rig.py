@@ -62,10 +62,10 @@ def bytes_of(function, n=4):
 
 
 @contextmanager
-def driver_board():
+def driver_board(micropython):
     """A board with the driver on its flash, `imu` made; its bus is `.bus`."""
     bus = Bus(MPU6050Chip(Feel(), noise=False))
-    with VirtualPico(bus=bus, files=LIB) as pico:
+    with VirtualPico(bus=bus, files=LIB, micropython=micropython) as pico:
         pico.exec(SETUP, timeout_s=5)
         yield pico
 

@@ -18,13 +18,14 @@ from tools.virtual.rp2040.flash_cuts import ERASED, Flash, cuts
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "tools" / "board_scripts"
+CUTS = ROOT / "tools" / "virtual" / "rp2040"  # flash_cuts.py, without the packages around it
 _MODULES = [ROOT / "boot.py", *sorted((ROOT / "lib" / "mpu6050").glob("*.py"))]
 _MODULES += [ROOT / "firmware" / f"{name}.py" for name in ("config", "keeping", "store")]
 FILES = {path.relative_to(ROOT).as_posix(): path for path in _MODULES}
 FILES["lib/saves.py"] = SCRIPTS / "saves.py"
 FILES["main.py"] = "print('main.py has run')\n"
 HEAD = """import sys
-sys.path[:] = [{root!r}, {lib!r}, {scripts!r}]
+sys.path[:] = [{root!r}, {lib!r}, {scripts!r}, {cuts!r}]
 """
 
 
@@ -118,7 +119,8 @@ def worn(flash, n):
 
 def _run(script, names):
     """Lines that the script prints on the unix port, with `names` set before."""
-    head = HEAD.format(root=str(ROOT), lib=str(ROOT / "lib"), scripts=str(SCRIPTS))
+    paths = {"root": ROOT, "lib": ROOT / "lib", "scripts": SCRIPTS, "cuts": CUTS}
+    head = HEAD.format(**{name: str(path) for name, path in paths.items()})
     head += "".join(f"{name} = {value!r}\n" for name, value in names.items())
     head += f"COUNT = {BLOCK_COUNT}\n"
     with tempfile.TemporaryDirectory() as folder:

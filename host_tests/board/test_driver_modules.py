@@ -7,8 +7,8 @@ from host_tests.board.driver_rig import Feel, driver_board, value
 
 
 @pytest.fixture(scope="module")
-def board():
-    with driver_board() as pico:
+def board(micropython):
+    with driver_board(micropython) as pico:
         yield pico
 
 

@@ -8,8 +8,8 @@ from tools.virtual.faults import make
 
 
 @pytest.fixture(scope="module")
-def board():
-    with driver_board() as pico:
+def board(micropython):
+    with driver_board(micropython) as pico:
         yield pico
 
 

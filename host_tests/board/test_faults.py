@@ -29,12 +29,12 @@ FAULTS = [
 
 
 @pytest.fixture(scope="module")
-def board():
+def board(micropython):
     """The app at 250 Hz, its sensor rolling to and fro by up to 100 deg/s after 2 s of rest."""
     swing = Sinusoid(40.0, 0.398, "roll", offset_deg=40.0, phase_deg=-90.0)
     motion = Sequence((Still(), 2.0), (swing, 1e9))
     bus = Bus(MPU6050Chip(motion, seed=1))
-    with VirtualPico(bus=bus, root=True, main=False) as pico:
+    with VirtualPico(bus=bus, root=True, main=False, micropython=micropython) as pico:
         pico.exec(
             "from firmware.app import App\napp = App()\napp.config.set('rest_s', 0.1)\napp.start()"
         )

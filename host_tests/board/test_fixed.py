@@ -12,6 +12,7 @@ import pytest
 from attitude.fixed import AdaptiveNotch, Attitude, KalmanTilt2, LowPass
 
 from host_tests.lib.fixed_inputs import KINDS, Skewed, adversarial, recorded
+from tools.virtual import images
 from tools.virtual.images import run_rv32
 from tools.virtual.pico import VirtualPico
 from tools.virtual.rp2040 import flash
@@ -128,9 +129,19 @@ def work():
         f.roll_mdeg
         f.pitch_mdeg
         f.angles_mdeg[1]
+        f.rates_mdps[2]
+        f.out[9]
+        f.update(c, 4000)
+        f.update(c, 33000)
+        f.update(c, 2000000)
+        f.step(c)
         f.period_us = 4004
-    made[0].yaw_mdeg
-    made[0].at_rest
+        f.prepare(None, 3996)
+        f.pending[-1] = 3
+        f.swap()
+        f.relevel()
+        f.yaw_mdeg
+        f.at_rest
     for f in others:
         f.update(1234, 56)
     mean.update(99)
@@ -186,3 +197,44 @@ def test_yaw_stands_still_for_ten_minutes_at_rest():
     drift, span = map(int, run_rv32(library(), REST, timeout_s=120).split())
     assert abs(drift) < 100
     assert span < 200
+
+
+HARD = """
+import machine, micropython, time
+from array import array
+from attitude.fixed import Attitude, KalmanTilt2
+micropython.alloc_emergency_exception_buf(200)
+c = array("h", (-300, 210, 4090, -3000, 250, -130, 75))
+done = array("i", [0, 0])
+def ticker(f):
+    @micropython.native
+    def tick(_, step=f.step, update=f.update, swap=f.swap, relevel=f.relevel, done=done, c=c):
+        try:
+            step(c)
+            update(c, 9000)
+            if done[0] % 5 == 0:
+                swap()
+            if done[0] % 17 == 0:
+                relevel()
+            done[0] += 1
+        except BaseException:
+            done[1] += 1
+    return tick
+for f in (Attitude(), KalmanTilt2()):
+    done[0] = done[1] = 0
+    timer = machine.Timer(-1, freq=500, callback=ticker(f), hard=True)
+    end = time.ticks_add(time.ticks_ms(), 200)
+    junk = []
+    while time.ticks_diff(end, time.ticks_ms()) > 0:  # the heap is busy, and collected
+        junk = [n * 1.5 for n in range(50)]
+        f.prepare(None, 3990)
+        gc.collect()
+    timer.deinit()
+    print(done[0] > 90, done[1], len(f.state()) > 20)
+"""
+
+
+def test_a_hard_interrupt_can_run_all_that_a_tick_needs():
+    image = images.rp2040_image("1.26.1")
+    with VirtualPico(root=True, main=False, image=image) as board:
+        assert board.exec("import gc\n" + HARD, timeout_s=20) == "True 0 True\n" * 2

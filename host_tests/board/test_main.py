@@ -38,7 +38,7 @@ def deploy(board, timeout_s=300):
 
 
 @pytest.fixture(scope="module")
-def deployed():
+def deployed(micropython):
     """(board, what deploy printed): most of the project was there, the rest came by mpremote."""
     files = flash.compiled({**flash.project_files(main=False), "firmware/gone.py": "old = 1\n"})
     for name in ("firmware/loop.mpy", "firmware/telemetry.mpy", "boot.py"):
@@ -46,7 +46,7 @@ def deployed():
     files["firmware/loop.py"] = "this is no Python\n"  # would be imported before the .mpy
     files["config.txt"] = settings_file(rest_s=0.02)
     chip = MPU6050Chip(seed=2, gyro_bias_dps=(2.0, -1.0, 0.5))
-    with VirtualPico(bus=Bus(chip), files=files, mpy=False) as board:
+    with VirtualPico(bus=Bus(chip), files=files, mpy=False, micropython=micropython) as board:
         printed = deploy(board)
         board.run_ms(1200)  # it resets and starts main.py
         yield board, printed

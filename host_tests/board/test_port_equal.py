@@ -9,7 +9,6 @@ import pytest
 from host_tests.virtual.port_rig import Ram
 from tools.virtual.bus import Bus
 from tools.virtual.faults import make
-from tools.virtual.pico import VirtualPico
 from tools.virtual.port import Port
 
 _HEAD = """
@@ -28,6 +27,7 @@ SCRIPTS = {
     "identity": """
 print(sys.platform, sys.implementation.name, sys.implementation.version, sys.maxsize)
 print(sys.byteorder, os.uname().sysname, os.uname().release)
+print(sys.implementation._mpy, sys.implementation._machine, sys.implementation._build)
 """,
     "texts": """
 print(i2c, machine.I2C(0) is i2c, machine.I2C(1, freq=100_000, timeout=2000))
@@ -48,7 +48,7 @@ attempt("bus", machine.I2C, 2)
 attempt("scl", lambda: machine.I2C(0, sda=machine.Pin(4), scl=machine.Pin(6)))
 attempt("sda", lambda: machine.I2C(0, sda=machine.Pin(5), scl=machine.Pin(5)))
 attempt("timer", machine.Timer, 0)
-attempt("hard", lambda: machine.Timer(period=1, hard=True, callback=print))
+attempt("hard", lambda: machine.Timer(period=1, hard=True, callback=print).deinit())
 attempt("period", lambda: machine.Timer(period=2.5, callback=print))
 attempt("pin name", machine.Pin, "GP99")
 attempt("start", i2c.start)
@@ -120,19 +120,16 @@ attempt("far", time.ticks_add, 0, 2**29)
 
 
 @pytest.fixture(scope="module")
-def bench():
-    """(board, its device, its bus) with the sensor replaced by plain registers."""
-    device = Ram()
-    bus = Bus(device)
-    with VirtualPico(bus=bus) as board:
-        board.exec(_HEAD)
-        yield board, device, bus
+def bench(plain_board):
+    plain_board[0].exec(_HEAD)
+    return plain_board
 
 
-def _on_host(script, device, bus, tmp_path):
+def _on_host(script, version, device, bus, tmp_path):
     (tmp_path / "hostscript.py").write_text(_HEAD + script)
     out = io.StringIO()
-    with Port("rp2", {0: bus}, root=tmp_path, paths=[tmp_path]) as port, redirect_stdout(out):
+    port = Port("rp2", {0: bus}, version=version, root=tmp_path, paths=[tmp_path])
+    with port, redirect_stdout(out):
         port.run_file(tmp_path / "hostscript.py")
     return out.getvalue()
 
@@ -142,7 +139,7 @@ def test_same_output(bench, name, tmp_path):
     board, _, _ = bench
     device = Ram()
     printed = board.exec(SCRIPTS[name], timeout_s=20).replace("\r\n", "\n")
-    assert printed == _on_host(SCRIPTS[name], device, Bus(device), tmp_path)
+    assert printed == _on_host(SCRIPTS[name], board.version, device, Bus(device), tmp_path)
 
 
 _TROUBLE = """
@@ -205,4 +202,4 @@ def test_same_output_in_trouble(bench, name, tmp_path):
     printed = board.exec(script, timeout_s=20).replace("\r\n", "\n")
     bus.faults.clear()
     device.refuse_at = None
-    assert printed == _on_host(script, host_device, host_bus, tmp_path)
+    assert printed == _on_host(script, board.version, host_device, host_bus, tmp_path)

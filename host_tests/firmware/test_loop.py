@@ -10,6 +10,7 @@ import pytest
 from tools.virtual.port import Port
 
 WRAP = 1 << 30  # ticks_us on a 32-bit MicroPython
+DUE, ERRORS = 12, 20  # places of firmware.tick.words
 
 board = pytest.mark.parametrize("platform", ["rp2", "esp32"])
 
@@ -24,20 +25,47 @@ class Source:
         self.ended = True
 
 
+class Time:
+    """`time` with the test's clock."""
+
+    def __init__(self, clock):
+        self.ticks_us = clock
+
+    @staticmethod
+    def ticks_diff(a, b):
+        return (a - b + WRAP // 2) % WRAP - WRAP // 2
+
+    @staticmethod
+    def sleep_us(us):
+        pass
+
+
+def ticking(step):
+    """A Tick whose step is the test's, called with dt_us."""
+    from firmware.tick import Tick
+
+    tick = Tick()
+    tick.step = lambda dt_us, now: step(dt_us)
+    tick.drive = lambda fresh: None
+    tick.words[DUE] = 1 << 20  # nobody in the foreground
+    tick.begin = lambda source: None
+    tick.run = tick._make_run()
+    return tick
+
+
 def make_loop(step, clock, **settings):
     """(loop, its sources) with `clock()` in place of ticks_us."""
-    from firmware.loop import Loop
+    from firmware import loop as loops
+    from firmware import tick as ticks
 
+    loops.time = ticks.time = Time(clock)
     sources = []
 
     def source(period_us, callback):
         sources.append(Source(period_us, callback))
         return sources[-1]
 
-    loop = Loop(step, source, **settings)
-    loop._ticks_us = clock
-    loop._ticks_diff = lambda a, b: (a - b + WRAP // 2) % WRAP - WRAP // 2
-    return loop, sources
+    return loops.Loop(ticking(step), source, **settings), sources
 
 
 @pytest.fixture
@@ -139,15 +167,15 @@ def test_an_exception_in_the_step_never_leaves_the_timer(port):
     for k in range(1, 4):
         now[0] = k * 4000
         sources[0].callback(None)
-    assert loop.stats()["errors"] == 3
-    assert str(loop.error) == "in the step"
+    assert loop._tick.words[ERRORS] == 3
+    assert loop._tick.error is ValueError
     assert loop.running
 
 
 def test_stop_ends_all_sources_and_a_queued_call_does_nothing(port):
     now = [0]
     seen = []
-    loop, sources = make_loop(seen.append, lambda: now[0], ahead=lambda: None, lead_us=450)
+    loop, sources = make_loop(seen.append, lambda: now[0], lead_us=450)
     loop.start()
     assert [s.period_us for s in sources] == [4000, 4000]
     now[0] = 4000
@@ -201,7 +229,7 @@ def test_rates_out_of_range_are_refused(port, rate_hz):
     from firmware.loop import Loop
 
     with pytest.raises(ValueError, match="80 to 1000"):
-        Loop(print, None, rate_hz)
+        Loop(ticking(print), None, rate_hz)
 
 
 @board
@@ -212,7 +240,7 @@ def test_the_ports_timer_keeps_the_period_exactly(platform, rate_hz):
         from firmware.loop import Loop
 
         began = []
-        loop = Loop(lambda dt: began.append(port.now_ns), find().timer, rate_hz)
+        loop = Loop(ticking(lambda dt: began.append(port.now_ns)), find().timer, rate_hz)
         loop.start()
         port.run_ms(1000)
         loop.stop()
@@ -232,7 +260,7 @@ def test_a_blocked_main_program_costs_ticks_but_no_burst(platform):
         from firmware.loop import Loop
 
         began = []
-        loop = Loop(lambda dt: began.append(port.now_ns), find().timer, 250)
+        loop = Loop(ticking(lambda dt: began.append(port.now_ns)), find().timer, 250)
         loop.start()
         port.run_ms(100)
         port.clock.busy(50_000_000)  # a C function that takes 50 ms: no soft callback runs
@@ -252,7 +280,7 @@ def test_samples_are_an_asynchronous_iterator(platform):
         from firmware.loop import Loop
 
         asyncio = port.modules["asyncio"]
-        loop = Loop(lambda dt: None, find().timer, 250)
+        loop = Loop(ticking(lambda dt: loop.wake()), find().timer, 250)
 
         async def main():
             loop.start()

@@ -27,8 +27,7 @@ class Reader:
         return False
 
 
-class Angles:
-    roll_mdeg, pitch_mdeg, yaw_mdeg = -12345, 67, 179996
+ESTIMATE = (0, 0, -12345, 67, 179996)  # roll, pitch, yaw from the third word on
 
 
 @pytest.fixture
@@ -44,7 +43,7 @@ def telemetry():
 def lines_of(telemetry, ticks, stale=False):
     telemetry.console.written.clear()
     for _ in range(ticks):
-        telemetry.tick(Angles, stale)
+        telemetry.tick(ESTIMATE, stale, 1)
     return telemetry.console.written
 
 

@@ -17,6 +17,7 @@ from tools.virtual.faults.fault import Fault
 from tools.virtual.motion import Still, Temperature
 from tools.virtual.port import Port, VirtualReset
 
+AGE_US = 3  # a place of firmware.tick.words
 REST = (30, -20, 4090, -3900, 130, -100, 66)
 
 
@@ -41,9 +42,9 @@ def started(port, **knobs):
 
 @pytest.mark.parametrize("kind", KINDS, ids=[kind.name for kind in KINDS])
 def test_each_kind_is_seen_and_over_in_time_without_a_silent_wrong_angle(kind):
-    platform = ("rp2", "esp32")[KINDS.index(kind) % 2]
-    outcomes, uncaught = run(kind.name, platform, 1)
-    row = summary({kind.name: {platform: (outcomes, uncaught)}})["kinds"][kind.name]
+    board = ("rp2", "rp2 hard", "esp32")[KINDS.index(kind) % 3]
+    outcomes, uncaught = run(kind.name, board, 1)
+    row = summary({kind.name: {board: (outcomes, uncaught)}})["kinds"][kind.name]
     assert (row["runs"], row["detected"], row["recovered"]) == (1, 1, 1)
     assert verdict(kind.name, row) == ""
     assert uncaught == 0
@@ -53,11 +54,11 @@ def test_a_fault_that_nobody_handles_would_be_seen_by_the_tool():
     """The tool's own check: with the guard switched off a filled burst is a wrong angle."""
     kind = next(kind for kind in KINDS if kind.name == "filled_FF")
     with Rig(kind, "rp2") as rig:
-        from firmware.faults import mend as sensing
+        from firmware import tick
 
-        sensing.judge = lambda counts, words: 0
-        rig.app.sensing._taking = rig.app.sensing._quick()
-        rig.app.sensing._go(0)
+        tick.judge.judge = lambda counts, words: 0
+        rig.app.set("burst", "blocking")  # the tick is wired anew
+        rig.watch()
         outcome = rig.inject(0)
     assert not outcome.detected
 
@@ -123,7 +124,8 @@ def test_a_real_leap_is_believed_when_the_next_burst_agrees(port):
 def test_the_same_burst_is_frozen_after_the_set_number(port):
     from firmware.tick import judge as guard
 
-    words = guard.memory(same_max=4)
+    words = guard.memory()
+    guard.allow(words, 4)
     assert judged(guard, words, *[REST] * 7)[0] == [0, 0, 0, 0, 0, 4, 4]
 
 
@@ -164,18 +166,18 @@ def test_a_step_that_raises_makes_the_estimate_stale_and_the_outputs_safe(port):
     app = started(port)
     calls = []
     app.outputs.add(lambda app: calls.append("on"), lambda: calls.append("safe"))
-    update = app.bridge.update
+    use = app.tick.now
 
     def full(counts):
         raise MemoryError
 
-    app.bridge.update = full
+    app.tick.now = (full, *use[1:])
     port.run_ms(90)
     assert not app.stale
     port.run_ms(40)
-    assert app.stale and calls == ["safe"]
-    assert app.stats()["errors"] > 30 and isinstance(app.loop.error, MemoryError)
-    app.bridge.update = update
+    assert app.stale and calls[-1] == "safe" and calls.count("safe") == 1
+    assert app.stats()["errors"] > 30 and app.tick.error is MemoryError
+    app.tick.now = use
     port.run_ms(40)
     assert not app.stale and app.stats()["age_ms"] <= 4 and calls[-1] == "on"
     assert port.errors == []
@@ -253,7 +255,7 @@ def test_a_garbled_look_at_a_register_costs_no_sample(port, both):
     fault = GarbledLooks(both, at_s=port.now_ns / 1e9)
     port.bus.faults.append(fault)
     ages = []
-    app.outputs.add(lambda app: ages.append(app.health.age_us))
+    app.outputs.add(lambda app: ages.append(app.tick.words[AGE_US]))
     port.run_ms(2000)
     assert fault.hits >= 18
     assert (app.stats().get("register", 0) > 0) is both

@@ -169,16 +169,17 @@ def test_integer_controllers_take_full_scale_for_ever():
     pid = fixed.PID(0.9, 3.0, 0.5, limit=(-200000, 200000), rate_hz=250, tau_d_s=0.05)
     quad = fixed.QuadControl((8.0,) * 3, ((2.0, 4.0, 0.04),) * 3, 1000)
     extremes = (-(1 << 30), -180000, -1, 0, 1, 180000, (1 << 30) - 1)
-    counts = array("h", [0] * 7)
+    rates = array("i", [0] * 3)
     for error, rate in itertools.product(extremes, repeat=2):
         for _ in range(20):
             assert -200000 <= pid.update(error, rate) <= 200000
     ends = (-180000, 0, 179999)
-    for wanted, at, raw, throttle in itertools.product(ends, ends, (-32768, 0, 32767), (0, 1000)):
+    turns = (-4_000_000, 0, 4_000_000)  # twice the widest range, mdeg/s
+    for wanted, at, turn, throttle in itertools.product(ends, ends, turns, (0, 1000)):
         quad.target(wanted, wanted, wanted)
-        counts[4] = counts[5] = counts[6] = raw
+        rates[0] = rates[1] = rates[2] = turn
         for _ in range(20):
-            quad.update(throttle, array("i", [at] * 3), counts)
+            quad.update(throttle, array("i", [at] * 3), rates)
             assert all(abs(x) <= 1000 for x in quad.torque)
             assert all(-1 <= m <= 1001 for m in quad.motors)
 
@@ -187,7 +188,7 @@ def test_quad_control_is_two_loops_and_a_mixer():
     """Against the same law in float: rate wanted = gain error, a PID on the rate, the mixer."""
     angle_gains, limit = (6.0, 5.0, 3.0), 200
     rate_gains = ((1.2, 0.8, 0.02), (1.1, 0.6, 0.015), (2.0, 1.0, 0.0))
-    quad = fixed.QuadControl(angle_gains, rate_gains, limit, 1000, 65.5, 200, tau_d_s=0.003)
+    quad = fixed.QuadControl(angle_gains, rate_gains, limit, 1000, 200, tau_d_s=0.003)
     real = [PID(*gains, limit=limit, tau_d_s=0.003) for gains in rate_gains]
     mixer = QuadX()
     rng = random.Random(3)
@@ -195,32 +196,32 @@ def test_quad_control_is_two_loops_and_a_mixer():
     target = (10000, -20000, 179000)
     quad.target(*target)
     for _ in range(2000):
-        counts = array("h", [0] * 7)
+        rates = array("i", [0] * 3)
         for k in range(3):
             rate[k] = 0.999 * rate[k] + rng.gauss(0, 2)
             angle[k] += rate[k] / 1000
-            counts[4 + k] = round(rate[k] * 65.5)
+            rates[k] = round(rate[k] * 1000)
         mdeg = [round(a * 1000) for a in angle]
         mdeg[2] -= 180000  # the short way from -180 to 179 is -1 degree
-        quad.update(550, array("i", mdeg), counts)
+        quad.update(550, array("i", mdeg), rates)
         expected = []
         for k in range(3):
             off = (target[k] - mdeg[k]) / 1000
             off -= 360 * round(off / 360)
             wanted = min(max(angle_gains[k] * off, -200), 200)
-            measured = counts[4 + k] / 65.5
-            change = (counts[4 + k] - last[k]) / 65.5 * 1000
-            last[k] = counts[4 + k]
+            measured = rates[k] / 1000
+            change = rates[k] - last[k]  # mdeg/s in a millisecond are deg/s^2
+            last[k] = rates[k]
             expected.append(real[k].update(wanted - measured, 0.001, rate=change))
         assert quad.torque == pytest.approx(expected, abs=4)
         motors = mixer.update(0.55, *(t / 1000 for t in quad.torque))
         assert list(quad.motors) == pytest.approx([m * 1000 for m in motors], abs=4)
         assert quad.saturated == mixer.saturated
     quad.reset()
-    fresh = fixed.QuadControl(angle_gains, rate_gains, limit, 1000, 65.5, 200, tau_d_s=0.003)
+    fresh = fixed.QuadControl(angle_gains, rate_gains, limit, 1000, 200, tau_d_s=0.003)
     fresh.target(*target)
     for control in (quad, fresh):
-        control.update(550, array("i", [0] * 3), counts)
+        control.update(550, array("i", [0] * 3), rates)
     assert quad.motors == fresh.motors
 
 

@@ -70,3 +70,13 @@ def test_long_products():
         assert intmath.mul_q15(a, b) == a * b >> 15
         b = rng.randint(-(2**30), 2**30)
         assert 0 <= (a * b >> 30) - intmath.mul_q30(a, b) <= 2
+
+
+def test_a_ratio_is_the_nearest():
+    rng = random.Random(3)
+    for _ in range(3000):
+        whole = rng.randint(1, 2**21 - 1)
+        part = rng.randint(0, min(2**31 - 1, whole * 60000))
+        assert abs(intmath.ratio(part, whole) - part * 32768 / whole) <= 0.51
+    assert intmath.ratio(64000, 64000) == 32768
+    assert intmath.ratio(0, 5) == 0

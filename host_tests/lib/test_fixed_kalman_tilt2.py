@@ -105,8 +105,9 @@ def test_the_period_is_corrected():
     slower = run(filt, rows)
     # the gains stay those of the nominal rate, which matters little
     assert rms(slower - twin(rows, rate_hz / 1.02, 2000, 16)) < 0.05
-    filt.period_us = 5e6 / rate_hz
-    assert filt.period_us == pytest.approx(1.05e6 / rate_hz, rel=1e-3)
+    with pytest.raises(ValueError, match=r"must be 3325.0 to 3675.0"):
+        filt.period_us = 5e6 / rate_hz
+    assert filt.period_us == pytest.approx(1.02e6 / rate_hz, rel=1e-4)
 
 
 def level(angle_deg, n):

@@ -181,7 +181,7 @@ def test_streams_poll_and_traceback(board, capsys):
 
 def test_collecting_garbage_takes_milliseconds(board):
     _, port = board("import gc\ngc.collect()")
-    assert 2e6 <= port.now_ns <= 10e6
+    assert 2e6 <= port.now_ns <= 20e6
 
 
 def test_a_program_and_its_repl(tmp_path):

@@ -208,18 +208,3 @@ def test_soft_i2c_has_the_primitives(rig):
     assert buffer == b"\x21\x09"
     assert device.registers[0x22] == 9
     assert failure(soft.readfrom_mem, 0x69, 0, 1) == 19
-
-
-def test_an_interrupt_in_the_middle_of_a_transfer_is_caught():
-    from tools.virtual.port.wire import BusInUse
-
-    with Port("rp2", {0: Bus(Ram())}, version=(1, 26, 0)) as port:
-        import machine
-
-        i2c = machine.I2C(0, freq=100_000)
-        timer = machine.Timer(period=1, hard=True, callback=lambda t: soft.readfrom(ADDRESS, 1))
-        soft = machine.SoftI2C(scl=machine.Pin(5), sda=machine.Pin(4))
-        i2c = machine.I2C(0, freq=100_000)
-        i2c.readfrom_mem(ADDRESS, 0, 14)
-        timer.deinit()
-    assert [type(error) for error in port.errors] == [BusInUse]

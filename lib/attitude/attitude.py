@@ -23,7 +23,8 @@ _BLOCK_S, _SPEED_S, _LOST_S = 0.02, 3.0, 2.0  # of the slow part
 _MIN_G = 0.5  # less is free fall or no sensor: it has no direction
 _STOP = 0.9995  # of full scale: saturated
 _MAX_STEP = 0.25  # gain times dt beyond which the loop would not be stable
-_STATE = ("_q", "_gyro", "_accel", "_gain", "_speed", "_age_s", "_n", "_block_s", "_up", "_up_s")
+_STATE = ("_q", "_gyro", "_accel", "_gain", "_speed", "_age_s", "_n", "_block_s", "_up", "_up_s",
+          "_blank")  # fmt: skip
 
 
 class Attitude(Orientation):
@@ -62,11 +63,20 @@ class Attitude(Orientation):
     def reset(self):
         """Forget everything; the next sample starts anew with yaw 0."""
         self._bias.reset()
-        self._loop.clear()
-        self._view.clear()
         self._q = (1.0, 0.0, 0.0, 0.0)  # sensor to earth
         self._gyro = None  # the last sample, deg/s
         self._accel = (0.0, 0.0, 0.0)  # and g
+        self._blank = True  # not levelled yet: then yaw is 0
+        self._level_anew()
+
+    def relevel(self):
+        """After a gap: the next samples level anew; yaw, bias and what is known of it stay."""
+        self._bias.relevel()
+        self._level_anew()
+
+    def _level_anew(self):
+        self._loop.clear()
+        self._view.clear()
         self._gain = 0.0  # rad/s
         self._speed = 0.0  # sum of |rate|, deg/s, over some seconds
         self._age_s = 0.0
@@ -168,8 +178,8 @@ class Attitude(Orientation):
         if self._age_s < self.tau_s:
             if total > enough * enough:
                 self._level(up)
-                if self._up_s == span:
-                    self._q = without_yaw(self._q)
+                if self._blank:
+                    self._q, self._blank = without_yaw(self._q), False
                 self._up = (0.0, 0.0, sqrt(total))
         elif self._up_s >= _LOST_S:
             if total > enough * enough and (up[2] < 0.0 or level > up[2] * up[2]):
@@ -193,11 +203,15 @@ class Attitude(Orientation):
         """Gyro bias as estimated: x, y, z in deg/s."""
         return tuple(self._bias.bias_dps)
 
+    def rates_dps(self):
+        """The last sample's rates less the bias, sensor axes, deg/s."""
+        bias = self._bias.bias_dps
+        return tuple([rate - b for rate, b in zip(self._gyro or bias, bias)])
+
     def quaternion(self):
         """(w, x, y, z), sensor to earth, for now: turned on by lag_s at the last rate."""
         half = radians(0.5 * self.lag_s)
-        bias = self._bias.bias_dps
-        turn = [(rate - b) * half for rate, b in zip(self._gyro or bias, bias)]
+        turn = [rate * half for rate in self.rates_dps()]
         return unit(product(self._q, [1.0] + turn))
 
     def linear_accel_g(self):
@@ -218,3 +232,25 @@ class Attitude(Orientation):
         self._loop.set_state(state[-3])
         self._view.set_state(state[-2])
         self._bias.set_state(state[-1])
+
+    # ---- for attitude.standing
+
+    def standing(self):
+        """Where it stands."""
+        if self._blank:
+            return None
+        return self._q, self.rates_dps(), self.bias_dps, self._bias.home_dps
+
+    def place(self, q):
+        """The same with another attitude."""
+        self._q = q
+
+    def begin_at(self, q, rates_dps, bias_dps, home_dps):
+        """Begin there, past the time of levelling."""
+        self.reset()
+        self._bias.begin_at(bias_dps, home_dps)
+        self._q, self._blank = q, False
+        self._gyro = tuple([rate + b for rate, b in zip(rates_dps, bias_dps)])
+        # a filter that has not told its bias at rest may not know all of it
+        self._age_s = (4.0 if home_dps else 1.0) * self.tau_s
+        self._gain = self._gain_now()

@@ -1,91 +1,195 @@
 # SPDX-License-Identifier: MIT
-"""Float filters fed with counts, with the integer ones' interface: millidegrees out."""
+"""Float filters fed with counts, with the integer ones' interface: millidegrees out.
 
+FloatAttitude(rate_hz, gyro_dps, accel_g, and Attitude's settings by name)
+FloatTilt(KalmanTilt, rate_hz, gyro_dps, accel_g, and its settings by name); or Complementary
+
+They are given the measured time with each sample.
+"""
+
+from attitude.attitude import Attitude
+from attitude.float_base import FromCounts, go_on_with
+from attitude.standing import angles_deg, of_angles
 from attitude.tilt import accel_tilt_deg
 
 
-class FromCounts:
-    """Float filters fed with counts: `cores`, one of three axes or one for each axis.
+class FloatAttitude(FromCounts):
+    """The float Attitude: free motion."""
 
-    Given the measured time with each sample. Allocates, so the collector runs now and then.
-    """
+    knows_yaw = True
 
-    timed = True
-    at_rest = False  # they do not tell
+    def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
+        super().__init__(rate_hz, gyro_dps, accel_g, settings)
 
-    def __init__(self, cores, calibration, imu):
-        self.cores = cores
-        self._gyro_lsb = imu.gyro_lsb_per_dps
-        self._accel_lsb = imu.accel_lsb_per_g
-        self._calibration = calibration
-        self._started = False
-        self.roll_mdeg = self.pitch_mdeg = self.yaw_mdeg = 0
+    def _make(self, settings):
+        settings = settings.copy()
+        settings["gyro_range_dps"], settings["accel_range_g"] = self.gyro_dps, self.accel_g
+        return (Attitude(self.rate_hz, **settings),)
 
-    def calibrate(self, calibration):
-        """Correct the samples by this Calibration from now on."""
-        self._calibration = calibration
+    def _update(self, gyro, accel, dt_s):
+        x, y, z = gyro
+        ax, ay, az = accel
+        self.cores[0].update(x, y, z, ax, ay, az, dt_s)
+        self._show()
 
-    def _physical(self, counts):
-        g, dps = self._accel_lsb, self._gyro_lsb
-        return self._calibration.apply(
-            (counts[0] / g, counts[1] / g, counts[2] / g),
-            (counts[4] / dps, counts[5] / dps, counts[6] / dps),
-        )
+    def _show(self):
+        core = self.cores[0]
+        self._tell((core.roll_deg, core.pitch_deg, core.yaw_deg), core.rates_dps())
+        self.out[9] = core.at_rest
+
+    @property
+    def at_rest(self):
+        """True when it has stood still for a while."""
+        return self.cores[0].at_rest
+
+    @property
+    def bias_dps(self):
+        """Gyro bias as estimated on top of the calibration, deg/s."""
+        return self.cores[0].bias_dps
+
+    def quaternion(self):
+        """(w, x, y, z), sensor to earth, for now."""
+        return self.cores[0].quaternion()
+
+    def linear_accel_g(self):
+        """Acceleration without gravity in the robot's frame, g, of the last sample."""
+        return self.cores[0].linear_accel_g()
 
     def reset(self):
-        """Start anew on the next sample."""
-        self._started = False
+        """Forget everything; the next sample starts anew with yaw 0."""
+        self.cores[0].reset()
+
+    def relevel(self):
+        """After a gap: the next samples level anew; yaw, bias and what is known of it stay."""
+        self.cores[0].relevel()
+
+    def state(self):
+        """What set_state() takes to continue here."""
+        return self.cores[0].state()
+
+    def set_state(self, state):
+        """Continue from a state() of the same kind."""
+        self.cores[0].set_state(state)
+        self._show()
+
+    # ---- for attitude.standing
+
+    def standing(self):
+        """Where it stands."""
+        return self.cores[0].standing()
+
+    def alike(self, other):
+        """Whether the other's state() is understood here."""
+        return isinstance(other, FloatAttitude)
+
+    def place(self, q):
+        """The same with another attitude."""
+        self.cores[0].place(q)
+        self._show()
+
+    def begin_at(self, there):
+        """Begin there, past the time of levelling."""
+        self.cores[0].begin_at(*there)
+        self.place(there[0])
+
+
+class FloatTilt(FromCounts):
+    """Two one-axis filters, for roll and pitch; yaw stays 0.
+
+    What bias they cannot tell (that about z; all of Complementary's) is what go_on_from() brought.
+    """
+
+    def __init__(self, kind, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
+        self._kind = kind
+        self._brought = (0.0, 0.0, 0.0)  # deg/s
+        self._last = None  # rates of the last sample, deg/s
+        self._started = self._seen = False
+        super().__init__(rate_hz, gyro_dps, accel_g, settings)
+
+    def _make(self, settings):
+        return self._kind(**settings), self._kind(**settings)
+
+    def _update(self, gyro, accel, dt_s):
+        angles = accel_tilt_deg(*accel)
+        if not self._started:
+            self._started = self._seen = True
+            self._set_angles(angles)
+        gyro = [g - b for g, b in zip(gyro, self._brought)]
+        # by the trapezoid rule, which counts in a loop with long gaps
+        mean = [0.5 * (g + last) for g, last in zip(gyro, self._last or gyro)]
+        self._last = tuple(gyro)
+        for i, core in enumerate(self.cores):
+            core.update(angles[i], mean[i], dt_s)
+        self._show()
+
+    def _show(self):
+        roll, pitch = self.cores
+        gyro = self._last or (0.0, 0.0, 0.0)
+        rates = [g - getattr(core, "bias_dps", 0.0) for g, core in zip(gyro, self.cores)]
+        self._tell((roll.angle_deg, pitch.angle_deg, 0.0), (rates[0], rates[1], gyro[2]))
+
+    def _set_angles(self, angles_deg):
+        for core, angle in zip(self.cores, angles_deg):
+            core.angle_deg = angle
+
+    @property
+    def bias_dps(self):
+        """Gyro bias on top of the calibration, deg/s."""
+        own = [getattr(core, "bias_dps", 0.0) for core in self.cores] + [0.0]
+        return tuple([a + b for a, b in zip(own, self._brought)])
+
+    def reset(self):
+        """Start anew on the next sample, with bias 0."""
+        self._started = self._seen = False
+        self._brought, self._last = (0.0, 0.0, 0.0), None
         for core in self.cores:
             core.reset()
 
     def relevel(self):
-        """The next sample starts anew: nobody knows what came before it."""
-        self.reset()
+        """Start at the accelerometer's angles of the next sample; the bias stays."""
+        self._started, self._last = False, None
 
     def state(self):
         """What set_state() takes to continue here."""
-        return [core.state() for core in self.cores]
+        own = (self._started, self._seen, self._brought, self._last)
+        return own + tuple([core.state() for core in self.cores])
 
     def set_state(self, state):
         """Continue from a state() of the same kind."""
-        self._started = True
-        for core, own in zip(self.cores, state):
-            if hasattr(core, "set_state"):
-                core.set_state(own)
-            elif isinstance(own, tuple):
-                core.reset(*own)
-            else:
-                core.reset(own)
+        self._started, self._seen, self._brought, self._last = state[:4]
+        for core, own in zip(self.cores, state[4:]):
+            go_on_with(core, own)
+        self._show()
 
-    def go_on_from(self, other):
-        """Continue where another one of the same kind is, with own settings."""
-        self.set_state(other.state())
+    # ---- for attitude.standing
 
-
-class FloatAttitude(FromCounts):
-    """The float Attitude."""
-
-    def update(self, counts, dt_us):
-        """One sample, dt_us after the last."""
-        (ax, ay, az), (gx, gy, gz) = self._physical(counts)
-        core = self.cores[0]
-        core.update(gx, gy, gz, ax, ay, az, dt_us * 1e-6)
-        self.roll_mdeg = round(core.roll_deg * 1000)
-        self.pitch_mdeg = round(core.pitch_deg * 1000)
-        self.yaw_mdeg = round(core.yaw_deg * 1000)
-
-
-class FloatTilt(FromCounts):
-    """Two one-axis filters, for roll and pitch; yaw stays 0."""
-
-    def update(self, counts, dt_us):
-        """One sample, dt_us after the last; the first one sets the angles."""
-        accel, (gx, gy, _) = self._physical(counts)
-        angles = accel_tilt_deg(*accel)
-        if not self._started:
-            self._started = True
-            for core, angle in zip(self.cores, angles):
-                core.reset(angle)
+    def standing(self):
+        """Where it stands: yaw 0, and nobody has said what its bias is at rest."""
+        if not self._seen:
+            return None
         roll, pitch = self.cores
-        self.roll_mdeg = round(roll.update(angles[0], gx, dt_us * 1e-6) * 1000)
-        self.pitch_mdeg = round(pitch.update(angles[1], gy, dt_us * 1e-6) * 1000)
+        rates = [rate / 1000.0 for rate in self.rates_mdps]
+        return of_angles(roll.angle_deg, pitch.angle_deg, 0.0), rates, self.bias_dps, None
+
+    def alike(self, other):
+        """Whether the other's state() is understood here."""
+        return isinstance(other, FloatTilt) and other._kind is self._kind
+
+    def place(self, q):
+        """The same with another attitude, but for its yaw."""
+        self._set_angles(angles_deg(q))
+        self._show()
+
+    def begin_at(self, there):
+        """Begin there."""
+        q, rates, bias, _ = there
+        self.reset()
+        self._started = self._seen = True
+        self._brought = tuple(bias)
+        if hasattr(self.cores[0], "bias_dps"):
+            for core, own in zip(self.cores, bias):
+                core.bias_dps = own
+            self._brought = (0.0, 0.0, bias[2])
+        own = [getattr(core, "bias_dps", 0.0) for core in self.cores] + [0.0]
+        self._last = tuple([rate + b for rate, b in zip(rates, own)])
+        self.place(q)

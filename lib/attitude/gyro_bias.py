@@ -38,6 +38,27 @@ class GyroBias:
         self._home = [0.0, 0.0, 0.0]  # the bias as last seen at rest
         self._still_s = self._rested_s = self._known_s = 0.0
 
+    def relevel(self):
+        """After a gap: the bias and what is known of it stay, what rest looks like does not."""
+        self.mean = None
+        self.moved = True  # who knows
+        self._still_s = 0.0
+
+    def begin_at(self, bias_dps, home_dps):
+        """Begin with this bias, and the one last seen at rest, None when it never has been."""
+        self.reset()
+        self.moved = True
+        self.bias_dps = list(bias_dps)
+        self._home = list(home_dps or bias_dps)
+        if home_dps:
+            self.learned = True
+            self._rested_s, self._known_s = self.rest_bias_s, self.bias_tau_s
+
+    @property
+    def home_dps(self):
+        """The bias as last seen at rest; None before the first rest."""
+        return tuple(self._home) if self.learned else None
+
     @property
     def at_rest(self):
         """True when it has stood still for rest_s."""

@@ -23,13 +23,15 @@ class NotStill(ValueError):
     """The sensor moved while it should rest; the text says how."""
 
 
-def rest(imu, seconds=1.0):
-    """Mean readings (a Rest) of a sensor that lies still. NotStill says why not. OSError."""
-    pause_ms = max(1, round(1000 / imu.rate_hz))
-    half = max(10, int(500 * seconds / pause_ms))
-    first, first_squares, temp_c = _sums(imu, half, pause_ms)
-    second, second_squares, more_c = _sums(imu, half, pause_ms)
-    n = 2 * half
+def rest(imu, seconds=1.0, gyro_limit_dps=_GYRO_LIMIT_DPS):
+    """Mean readings (a Rest) of a sensor that lies still. NotStill says why not. OSError.
+
+    gyro_limit_dps: the largest standard deviation of a rate that is still rest.
+    """
+    half_ms = int(500 * seconds)
+    count, first, first_squares, temp_c = _sums(imu, half_ms)
+    more, second, second_squares, more_c = _sums(imu, half_ms)
+    n = count + more
     scale = [imu.accel_lsb_per_g] * 3 + [imu.gyro_lsb_per_dps] * 3
     mean, spread, drift = [], [], []
     for i in range(6):
@@ -38,8 +40,8 @@ def rest(imu, seconds=1.0):
         # integers up to here, so that single precision does not eat the small difference
         variance = n * (first_squares[i] + second_squares[i]) - total * total
         spread.append(sqrt(max(0, variance)) / n / scale[i])
-        drift.append((second[i] - first[i]) / half / scale[i])
-    _judge(mean, spread, drift)
+        drift.append((second[i] / more - first[i] / count) / scale[i])
+    _judge(mean, spread, drift, gyro_limit_dps)
     return Rest(tuple(mean[:3]), tuple(mean[3:]), (temp_c + more_c) / n)
 
 
@@ -50,29 +52,43 @@ def gyro_bias(imu, cal=None, seconds=2.0):
     return cal.but(gyro_bias_dps=still.gyro_dps)
 
 
-def _sums(imu, n, pause_ms):
-    """Of n samples: sums and sums of squares of the six axes' counts, sum of the degrees."""
+def _sums(imu, ms):
+    """Of the samples of so many milliseconds, ten at least: their count, sums and sums of squares
+    of the six axes' counts, sum of the degrees. One in five may fail."""
+    pause_us = max(500, min(20000, round(500000 / imu.rate_hz)))
     sums, squares, temp_c = [0] * 6, [0] * 6, 0.0
-    for _ in range(n):
-        imu.read()
-        if not imu.plausible():
-            raise NotStill("no data: the sensor sends %s" % list(imu.counts))
+    n = failed = 0
+    began = time.ticks_ms()
+    while n < 10 or time.ticks_diff(time.ticks_ms(), began) < ms:
+        time.sleep_us(pause_us)
+        failure = None
+        try:
+            imu.read()
+            if not imu.plausible():
+                failure = NotStill("no data: the sensor sends %s" % list(imu.counts))
+        except OSError as error:
+            failure = error
+        if failure:
+            failed += 1
+            if failed > 5 + n // 4:
+                raise failure
+            continue
         for i in range(6):
             value = imu.counts[i if i < 3 else i + 1]
             sums[i] += value
             squares[i] += value * value
         temp_c += imu.temp_c()
-        time.sleep_ms(pause_ms)
-    return sums, squares, temp_c
+        n += 1
+    return n, sums, squares, temp_c
 
 
-def _judge(mean, spread, drift):
+def _judge(mean, spread, drift, gyro_limit_dps):
     for i in range(3):
         axis = "xyz"[i]
         for size, limit, unit, what in (
-            (spread[3 + i], _GYRO_LIMIT_DPS, "deg/s", "gyro %s shook by" % axis),
+            (spread[3 + i], gyro_limit_dps, "deg/s", "gyro %s shook by" % axis),
             (spread[i], _ACCEL_LIMIT_G, "g", "accelerometer %s shook by" % axis),
-            (abs(drift[3 + i]), _GYRO_LIMIT_DPS, "deg/s", "gyro %s drifted by" % axis),
+            (abs(drift[3 + i]), gyro_limit_dps, "deg/s", "gyro %s drifted by" % axis),
             (abs(drift[i]), _DRIFT_LIMIT_G, "g", "accelerometer %s drifted by" % axis),
             (abs(mean[3 + i]), _BIAS_LIMIT_DPS, "deg/s", "gyro %s turns at" % axis),
         ):

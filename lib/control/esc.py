@@ -59,6 +59,7 @@ class Escs:
 
     write = _write
 
+    @micropython.native
     def safe(self):
         """Stop all motors and disarm: the fail-safe value. May be called at any time."""
         self.armed = False

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A DC motor on an H-bridge with two PWM inputs (DRV8833, L298 and their like)."""
 
+import micropython
+
 
 class HBridge:
     """Drive in permille of the supply, -1000 to 1000; nothing is allocated after construction.
@@ -16,6 +18,7 @@ class HBridge:
         self._backward = backward.duty_u16
         self.stop()
 
+    @micropython.native
     def write(self, drive):
         """Set the drive; beyond +-1000 it is clipped."""
         if drive >= 0:
@@ -25,6 +28,7 @@ class HBridge:
             self._forward(0)
             self._backward(min(-drive, 1000) * 65535 // 1000)
 
+    @micropython.native
     def stop(self):
         """Coast."""
         self._forward(0)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A hobby servo on a PWM pin, calibrated by its end points."""
 
+import micropython
 from micropython import const
 
 _HZ = const(50)
@@ -36,6 +37,7 @@ class Servo:
         self.angle_mdeg = None
         pwm.freq(_HZ)
 
+    @micropython.native
     def write(self, angle_mdeg):
         """Go towards this angle; returns the angle commanded, in mdeg, within range and slew."""
         angle = min(max(angle_mdeg, self._low), self._high)

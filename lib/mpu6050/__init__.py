@@ -22,6 +22,7 @@ _SMPLRT_DIV = const(0x19)
 _CONFIG = const(0x1A)  # EXT_SYNC_SET [5:3] is left alone, DLPF_CFG [2:0]
 _GYRO_CONFIG = const(0x1B)  # XG_ST YG_ST ZG_ST [7:5], FS_SEL [4:3]
 _ACCEL_CONFIG = const(0x1C)  # XA_ST YA_ST ZA_ST [7:5], AFS_SEL [4:3]
+_ACCEL_CONFIG_2 = const(0x1D)  # of the MPU-6500 family: A_DLPF_CFG [2:0]
 _FIFO_EN = const(0x23)
 _INT_PIN_CFG = const(0x37)  # INT_LEVEL [7], INT_OPEN [6], LATCH_INT_EN [5], INT_RD_CLEAR [4]
 _INT_ENABLE = const(0x38)  # DATA_RDY_EN [0]
@@ -34,6 +35,7 @@ _WHO_AM_I = const(0x75)
 
 _PLL_GYRO_X = const(0x01)  # CLKSEL: RM p. 41 recommends a gyro's clock over the internal one
 _IDLE = array("i", (0,))  # stands for a Split's words where there is none
+_EIO = const(5)
 _GYRO_START_MS = const(35)  # PS p. 12: 30 ms from sleep to within 1 % of the final value
 
 
@@ -54,12 +56,16 @@ class MPU6050(Registers):
     260, 184, 94, 44, 21, 10 or 5 (the gyro's is the same within 5 %); rate_hz: nearest possible
     rate of fresh samples, the true one is then in `.rate_hz`. ValueError for any other setting;
     OSError that says what was seen and what to check when the sensor cannot be used.
+
+    allow_unknown: take a part of an unknown WHO_AM_I for an MPU6050. wait_ms: so long it may take
+    to answer. attach: it measures already and shall go on, without a reset: what differs from
+    the settings is written, nothing else; the causes of interrupts stay to be read.
     """
 
     NAME = "MPU6050"
 
     def __init__(self, i2c, address=0x68, gyro_dps=500, accel_g=8, dlpf_hz=44, rate_hz=1000,
-                 allow_unknown=False):  # fmt: skip
+                 allow_unknown=False, wait_ms=200, attach=False, seen=None):  # fmt: skip
         gyro_code, self.gyro_lsb_per_dps = ranges.gyro(gyro_dps)
         accel_code, self.accel_lsb_per_g = ranges.accel(accel_g)
         dlpf_code, gyro_rate = ranges.dlpf(dlpf_hz)
@@ -70,7 +76,8 @@ class MPU6050(Registers):
         self._burst = bytearray(14)
         self._split, self._busy = None, _IDLE
         self.use_bus(i2c)
-        self.who_am_i, self.profile = identify(self, allow_unknown)
+        seen = {} if seen is None else seen
+        self.who_am_i, self.profile = identify(self, allow_unknown, wait_ms, seen)
         # (register, value, mask) row after row; waking comes first, or nothing else works
         self._table.extend(bytes((
             _PWR_MGMT_1, _PLL_GYRO_X, 0xEF,
@@ -88,23 +95,44 @@ class MPU6050(Registers):
         if self.profile.accel_filter and gyro_rate == 8000:
             self.rate_hz = 8000.0  # RM-MPU-6500A p. 12: the divider works at 1 kHz only
         filter_row(self)
-        self.reset()
-        self.configure()
+        if attach:
+            self._attach()
+        else:
+            self.reset()
+            self.configure()
+
+    def _attach(self):
+        """Write the rows that differ; the interrupts' stay as they are, and are the table's."""
+        table, byte = self._table, self._byte
+        started = True
+        self.rewind()
+        for row in range(0, len(table), 3):
+            register, value, mask = table[row : row + 3]
+            self.load(register, byte)
+            if register == _INT_PIN_CFG or register == _INT_ENABLE:
+                table[row + 1] = byte[0] & mask
+            elif (byte[0] ^ value) & mask:
+                self._apply(register, value, mask)
+                started = started and register not in (_PWR_MGMT_1, _PWR_MGMT_2)
+        if not started:
+            time.sleep_ms(_GYRO_START_MS)
 
     def use_bus(self, i2c):
         """Work on this bus object from now on, for instance after a bus recovery."""
-        if self._split:
-            if self._busy[0]:
-                self._split.finish()
-            del self.start, self.collect
-        self.bus, self._split, self._busy = i2c, None, _IDLE
+        self.bus = i2c
         if sys.platform == "rp2" and str(i2c).startswith("I2C("):
-            from mpu6050.split_rp2 import Split
+            if self._split:
+                self._split.use_bus(i2c)
+            else:
+                from mpu6050.split_rp2 import Split
 
-            self._split = split = Split(i2c, self.address, self.counts)
-            self._busy = split.busy
-            # on the instance, so that no Python method stands in between: 12 us a call
-            self.start, self.collect = split.start, split.collect
+                self._split = split = Split(i2c, self.address, self.counts)
+                # on the instance, so that no Python method stands in between: 12 us a call
+                self.start, self.collect, self.poll = split.start, split.collect, split.poll
+            self._busy = self._split.busy
+        elif self._split:
+            self._split, self._busy = None, _IDLE
+            del self.start, self.collect, self.poll
 
     @property
     def split(self):
@@ -118,6 +146,13 @@ class MPU6050(Registers):
 
     def read(self):
         """Fetch one sample into `counts`: one 14-byte burst, one instant. OSError on failure."""
+        if self.lock:
+            with self.lock:
+                self._read()
+        else:
+            self._read()
+
+    def _read(self):
         if self._busy[0]:
             self._split.finish()
         self.bus.readfrom_mem_into(self.address, _ACCEL_XOUT_H, self._burst)
@@ -130,6 +165,27 @@ class MPU6050(Registers):
         """True when the burst has arrived in `counts`, False while the bus works; OSError."""
         self.read()
         return True
+
+    @micropython.native
+    def fetch(self):
+        """read() for a tick, which may not raise: 1, or -errno. Takes no lock."""
+        try:
+            self.bus.readfrom_mem_into(self.address, _ACCEL_XOUT_H, self._burst)
+        except OSError as error:
+            return -(error.errno or _EIO)
+        _swap(self._burst, self.counts)
+        return 1
+
+    def poll(self):
+        """For a tick: 1 when the burst that start() began has arrived in `counts`, 0 when there
+        is none of now, else -errno. Takes no lock, never raises.
+        """
+        return self.fetch()
+
+    def expire(self, age_us):
+        """A burst that start() began longer ago than this is not of now: poll() drops it."""
+        if self._split:
+            self._split.expire(age_us)
 
     def finish(self):
         """Wait for a burst under way, still to be collected: then others may use the bus."""
@@ -195,20 +251,44 @@ class MPU6050(Registers):
 
     def set_range(self, gyro_dps=None, accel_g=None):
         """Change full scales (deg/s, g) and with them the scale of all that is read later."""
-        gyro = ranges.gyro(gyro_dps or self.gyro_range_dps)
-        accel = ranges.accel(accel_g or self.accel_range_g)
-        if gyro_dps:
-            self.set_bits(_GYRO_CONFIG, gyro[0] << 3, 0x18)
-            self.gyro_range_dps, self.gyro_lsb_per_dps = gyro_dps, gyro[1]
-        if accel_g:
-            self.set_bits(_ACCEL_CONFIG, accel[0] << 3, 0x18)
-            self.accel_range_g, self.accel_lsb_per_g = accel_g, accel[1]
+        self.set_up(gyro_dps, accel_g)
+
+    def set_up(self, gyro_dps=None, accel_g=None, dlpf_hz=None, rate_hz=None):
+        """Other settings (None: as they are) for a chip that goes on measuring: registers
+        written and verified, scales changed with them. ValueError before anything is written,
+        OSError when the chip does not take them: then call it again, or configure().
+        """
+        gyro_dps = gyro_dps or self.gyro_range_dps
+        accel_g = accel_g or self.accel_range_g
+        gyro_code, gyro_lsb = ranges.gyro(gyro_dps)
+        accel_code, accel_lsb = ranges.accel(accel_g)
+        dlpf_code, gyro_rate = ranges.dlpf(dlpf_hz or self.dlpf_hz)
+        divider = ranges.divider(gyro_rate, rate_hz or self.rate_hz)
+        self.set_bits(_SMPLRT_DIV, divider, 0xFF)
+        self.set_bits(_CONFIG, dlpf_code, 0x07)
+        self.set_bits(_GYRO_CONFIG, gyro_code << 3, 0x18)
+        self.set_bits(_ACCEL_CONFIG, accel_code << 3, 0x18)
+        if self.profile.accel_filter:
+            self.set_bits(_ACCEL_CONFIG_2, dlpf_code, 0x0F)
+        self.gyro_range_dps, self.gyro_lsb_per_dps = gyro_dps, gyro_lsb
+        self.accel_range_g, self.accel_lsb_per_g = accel_g, accel_lsb
+        self.dlpf_hz, self.rate_hz = dlpf_hz or self.dlpf_hz, gyro_rate / (1 + divider)
+        if self.profile.accel_filter and gyro_rate == 8000:
+            self.rate_hz = 8000.0
 
     def data_ready(self, enable=True, active_low=False, latch=False):
-        """Signal each fresh sample on INT: a 50 us pulse, or a level held until the next read."""
+        """Signal each fresh sample on INT: a 50 us pulse, or a level held until the next read.
+
+        Not enabled: INT's level and latch are set all the same.
+        """
         pin = 0x10 | (0xC0 if active_low else 0) | (0x20 if latch else 0)  # low: open drain
-        self.set_bits(_INT_PIN_CFG, pin if enable else 0, 0xF0)
+        self.set_bits(_INT_PIN_CFG, pin, 0xF0)
         self.set_bits(_INT_ENABLE, 1 if enable else 0, 0x01)
+
+    @property
+    def asleep(self):
+        """Whether sleep() or cycle() was called last, and not wake()."""
+        return bool(self.wanted(_PWR_MGMT_1) & 0x60)
 
     def sleep(self):
         """Stop measuring, 5 uA; registers stay, samples read as they were."""
@@ -226,13 +306,11 @@ class MPU6050(Registers):
 
         cycle(self, hz)
 
-    def load(self, register, buffer):
-        """Fill the buffer from consecutive registers. OSError when the bus fails."""
+    def _load(self, register, buffer):
         if self._busy[0]:
             self._split.finish()
         self.bus.readfrom_mem_into(self.address, register, buffer)
 
-    def store(self, register, value):
-        """Write one register, unverified; settings go through set_bits(). OSError."""
+    def _store(self, register, value):
         self.finish()
-        super().store(register, value)
+        super()._store(register, value)

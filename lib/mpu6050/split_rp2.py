@@ -5,7 +5,7 @@ A block's FIFOs hold 16 entries: register number and 14 read commands are 15, th
 bytes. So `start()` queues all of it and the processor is free while the bus works. machine.I2C
 has set up pins and speed; each of its calls disables the block first, so it must not be used
 while a burst runs: the driver's own calls wait for it, also those of two sensors on one bus, and
-other users call `imu.finish()` first. One who does not breaks the burst: collect() reports
+other users call `imu.finish()` first. One who does not breaks the burst: poll() reports
 ETIMEDOUT.
 Registers: RP2040 datasheet section 4.3.17, the same block (DW_apb_i2c) in the RP2350's 12.2.17.
 """
@@ -36,9 +36,13 @@ _BLOCK = const(1)
 _TIMER = const(2)
 _STARTED_US = const(3)
 _LIMIT_US = const(4)
-# words of one sensor: address, and what finish() left: 0 nothing, 1 a sample, -errno a failure
+# words of one sensor: address; what finish() left: 0 nothing, 1 a sample, -errno a failure; when
+# its last burst began; how old a burst may be when it is taken
 _ADDRESS = const(0)
 _LEFT = const(1)
+_BEGAN_US = const(2)
+_EXPIRE_US = const(3)
+_NEVER_US = const(1 << 29)
 
 _blocks = {}  # type: dict  # block address: (shared words, {sensor address: Split})
 
@@ -65,10 +69,18 @@ class Split:
     """One sensor's burst; `busy[0]` is not 0 while any sensor's burst runs on this block."""
 
     def __init__(self, i2c, address, counts):
-        self.busy, self._users = _shared(i2c)
-        self._own = array("i", (address, 0))
+        self._own = array("i", (address, 0, 0, _NEVER_US))
         self._counts = counts
-        self._users[address] = self
+        self.use_bus(i2c)
+
+    def use_bus(self, i2c):
+        """Work on the block behind this machine.I2C, which may be made anew after a recovery."""
+        self.busy, self._users = _shared(i2c)
+        self._users[self._own[_ADDRESS]] = self
+
+    def expire(self, age_us):
+        """A burst begun longer ago than this is not of now: poll() drops it."""
+        self._own[_EXPIRE_US] = age_us
 
     @micropython.viper
     def start(self):
@@ -83,6 +95,7 @@ class Split:
         shared[_BUSY] = own[_ADDRESS]
         timer = ptr32(shared[_TIMER])
         shared[_STARTED_US] = timer[0] & _WRAP
+        own[_BEGAN_US] = shared[_STARTED_US]
         bus = ptr32(shared[_BLOCK])
         wait = 100  # the STOP of the transfer before may still be on the wires
         while bus[_IC_STATUS] & 0x20 and wait:
@@ -99,52 +112,66 @@ class Split:
         bus[_IC_DATA_CMD] = 0x300
 
     @micropython.viper
-    def collect(self) -> bool:
-        """True when the burst is in counts, False while it runs; without start() it starts one.
-
-        OSError: EIO when the sensor did not acknowledge or lost arbitration, ETIMEDOUT when the
-        bus is stuck or someone else used it meanwhile.
+    def poll(self) -> int:
+        """1: the burst is in counts; 0: it is under way, was not begun, or is too old to be of
+        now; else -errno: EIO when the sensor did not acknowledge or lost arbitration, ETIMEDOUT
+        when the bus is stuck or someone else used it meanwhile. Never raises, never waits.
         """
         own = ptr32(self._own)
         shared = ptr32(self.busy)
+        timer = ptr32(shared[_TIMER])
+        old = ((timer[0] & _WRAP) - own[_BEGAN_US] & _WRAP) > own[_EXPIRE_US]
         if shared[_BUSY] != own[_ADDRESS]:
-            return bool(self._taken())
+            left = own[_LEFT]
+            own[_LEFT] = 0
+            if old and left > 0:
+                return 0
+            return left
         bus = ptr32(shared[_BLOCK])
         if bus[_IC_RXFLR] != 14:
-            return bool(self._unready())
+            return int(self._unready())
         counts = ptr8(self._counts)
         counts[1] = bus[_IC_DATA_CMD] & 0xFF  # FIRST_DATA_BYTE [11] comes with this one
         counts[0] = bus[_IC_DATA_CMD]
-        i = 2
-        while i < 14:
-            counts[i + 1] = bus[_IC_DATA_CMD]
-            counts[i] = bus[_IC_DATA_CMD]
-            i += 2
+        counts[3] = bus[_IC_DATA_CMD]
+        counts[2] = bus[_IC_DATA_CMD]
+        counts[5] = bus[_IC_DATA_CMD]
+        counts[4] = bus[_IC_DATA_CMD]
+        counts[7] = bus[_IC_DATA_CMD]
+        counts[6] = bus[_IC_DATA_CMD]
+        counts[9] = bus[_IC_DATA_CMD]
+        counts[8] = bus[_IC_DATA_CMD]
+        counts[11] = bus[_IC_DATA_CMD]
+        counts[10] = bus[_IC_DATA_CMD]
+        counts[13] = bus[_IC_DATA_CMD]
+        counts[12] = bus[_IC_DATA_CMD]
         shared[_BUSY] = 0
-        return True
+        if old:
+            return 0
+        return 1
+
+    @micropython.native
+    def collect(self):
+        """True when the burst is in counts, False while it runs; without start() it starts one.
+        OSError with what poll() tells.
+        """
+        got = self.poll()
+        if got < 0:
+            raise OSError(-got)
+        if not got and not self.busy[_BUSY]:
+            self.start()
+        return got == 1
 
     def finish(self):
-        """Wait for the burst under way, whoever's it is, and keep it for that one's collect()."""
+        """Wait for the burst under way, whoever's it is, and keep it for that one's poll()."""
         owner = self._users[self.busy[_BUSY]]
-        left = 1
-        try:
-            while not owner.collect():
-                pass
-        except OSError as error:
-            left = -error.args[0]
+        left = 0
+        while not left and self.busy[_BUSY]:
+            left = owner.poll()
         owner._own[_LEFT] = left
 
-    def _taken(self):
-        left = self._own[_LEFT]
-        self._own[_LEFT] = 0
-        if left < 0:
-            raise OSError(-left)
-        if not left:
-            self.start()
-        return left
-
     @micropython.viper
-    def _unready(self) -> bool:
+    def _unready(self) -> int:
         shared = ptr32(self.busy)
         bus = ptr32(shared[_BLOCK])
         error = 0
@@ -162,5 +189,4 @@ class Split:
             bus[_IC_CLR_TX_ABRT]
             bus[_IC_ENABLE] = 0  # empties both FIFOs
             shared[_BUSY] = 0
-            raise OSError(error)
-        return False
+        return 0 - error

@@ -10,8 +10,7 @@ import os
 
 import saves
 import vfs
-
-from tools.virtual.rp2040.flash_cuts import Flash, cuts, done
+from flash_cuts import Flash, cuts, done
 
 DEEP_STEP = 32  # every so many cuts within a command, all is checked; at others what loads
 

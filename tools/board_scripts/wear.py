@@ -9,8 +9,7 @@ import os
 
 import saves
 import vfs
-
-from tools.virtual.rp2040.flash_cuts import BLOCK_SIZE, Flash
+from flash_cuts import BLOCK_SIZE, Flash
 
 CYCLES = 101  # littlefs relocates when the revision after the next is a multiple of this
 LATE = BLOCK_SIZE * 3 // 4  # from here in a block, one save fills it

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Every fault kind injected at random moments into the app in motion, on both virtual boards.
+"""Every fault kind injected at random moments into the app in motion, on the virtual boards.
 
     python -m tools.faults [--json FILE] [--runs N] [--only KIND ...] [--out PICTURE]
 
 A fault is detected when a counter of its cause moves, and over when samples are good again. The
-error is the angle between true and estimated up: `claimed` while the app does not say stale.
+error is the angle between true and estimated up: `claimed` while the app says neither stale nor
+uncertain; yaw: its drift since the fault began, claimed. `hard`: on MicroPython 1.26, whose tick
+is a hard interrupt.
 """
 
 import argparse
@@ -31,9 +33,23 @@ def summary(results):
             "max_error_deg": round(max(o.error_deg for o in outcomes), 3),
             "held_error_deg": round(max(o.during_deg for o in outcomes), 3),
             "error_1s_deg": round(max(o.after_deg for o in outcomes), 3),
+            "yaw_error_deg": round(max(o.yaw_deg for o in outcomes), 3),
+            "yaw_1s_deg": round(max(o.yaw_after_deg for o in outcomes), 3),
+            "hard": _hard(boards.get("rp2 hard", ((), 0))[0]),
         }
     uncaught = sum(board[1] for boards in results.values() for board in boards.values())
     return {"kinds": kinds, "uncaught": uncaught}
+
+
+def _hard(outcomes):
+    """What the runs with the tick in a hard interrupt had."""
+    recovered = [o.recovery_s for o in outcomes if o.recovery_s is not None]
+    return {
+        "runs": len(outcomes),
+        "lost": sum(o.counts.get("lost", 0) for o in outcomes),
+        "max_recovery_s": round(max(recovered, default=-1), 4),
+        "max_error_deg": round(max((o.error_deg for o in outcomes), default=0.0), 3),
+    }
 
 
 def verdict(name, row):
@@ -57,7 +73,8 @@ def table(data):
     """The figures as text."""
     lines = [
         f"{'fault':18}{'runs':>5}{'seen':>6}{'over':>6}{'recovery, ms':>14}{'bar':>6}"
-        f"{'claimed':>10}{'any':>8}{'1 s after':>11}",
+        f"{'claimed':>10}{'any':>8}{'1 s after':>11}{'yaw':>8}{'1 s after':>11}"
+        f"{'hard: lost':>12}{'error':>8}",
         f"{'':18}{'':31}{'':6}{'largest error, degrees':>29}",
     ]
     for name, row in data["kinds"].items():
@@ -66,6 +83,8 @@ def table(data):
             f"{name:18}{row['runs']:5}{row['detected']:6}{row['recovered']:6}"
             f"{row['max_recovery_s'] * 1000:14.1f}{kind.bar_s * 1000:6.0f}"
             f"{row['max_error_deg']:10.2f}{row['held_error_deg']:8.2f}{row['error_1s_deg']:11.2f}"
+            f"{row['yaw_error_deg']:8.2f}{row['yaw_1s_deg']:11.2f}"
+            f"{row['hard']['lost']:12}{row['hard']['max_error_deg']:8.2f}"
             f"  {verdict(name, row)}"
         )
     lines.append(f"\nuncaught exceptions: {data['uncaught']}")

@@ -8,7 +8,10 @@ _START_BEFORE_WRAP_S = 2.0  # tools.virtual.port.ticks
 
 
 def lose_callbacks(rig, for_s):
-    """The queue of soft callbacks is full all the time: every tick is lost."""
+    """The queue of soft callbacks is full all the time; a hard tick loses its interrupts."""
+    if rig.app.tick_kind == "hard":
+        rig.port.clock.masked(round(for_s * 1e9))
+        return
     scheduler = rig.port.clock.scheduler
     depth, scheduler.depth = scheduler.depth, 0
     rig.run(for_s)
@@ -24,7 +27,7 @@ def user_raises(rig, for_s):
     outputs = rig.app.outputs
     outputs.add(update)
     rig.run(for_s)
-    outputs._updates.remove(update)
+    outputs.remove(update)
 
 
 def wrap(rig, for_s):

@@ -22,7 +22,8 @@ class FifoRig(Rig):
 
         from firmware.board import find
         from firmware.tick import judge as guard
-        from firmware.tick.gap import Bridge
+        from firmware.tick import words
+        from firmware.tick.gap import Gap
 
         imu = MPU6050(find().i2c(), rate_hz=RATE_HZ)
         self.fifo = Fifo(imu)
@@ -31,8 +32,7 @@ class FifoRig(Rig):
         self.memory = guard.memory()
         self.judge = guard.judge
         self.before = array("h", [0] * 7)  # the last good burst
-        self.bridge = Bridge(1_000_000 // RATE_HZ, imu.gyro_lsb_per_dps)
-        self.bridge.use(self.estimate)
+        self.gap = Gap(words.make())
         self.lost = 0
         self.seen_s = self.now_s
         self.fifo.start()
@@ -50,9 +50,9 @@ class FifoRig(Rig):
         lost = self.fifo.overflows + self.fifo.misaligned
         if lost == self.lost and taken:
             self.seen_s = self.now_s
-        angles = self.estimate.roll_mdeg, self.estimate.pitch_mdeg
+        angles = self.estimate.angles_mdeg
         age_s = self.now_s - self.seen_s
-        self.rows.append((self.now_s - 0.002, taken > 0, age_s > 0.1, age_s * 1000, *angles))
+        self.rows.append((self.now_s - 0.002, taken > 0, age_s <= 0.1, age_s * 1000, *angles))
 
     def _take(self, counts):
         lost = self.fifo.overflows + self.fifo.misaligned
@@ -60,8 +60,8 @@ class FifoRig(Rig):
         if lost != self.lost:  # the first one after samples were lost
             self.lost = lost
             gap_s = self.now_s - self.seen_s
-            self.bridge.remember(self.before)
-            self.bridge.close(counts, max(1, round(gap_s * 1e6)))
+            self.gap.open(self.estimate, self.before)
+            self.gap.close(self.estimate, counts, max(1, round(gap_s * 1e6)), 1_000_000 // RATE_HZ)
         if good:
             self.estimate.update(counts)
             self.before[:] = counts

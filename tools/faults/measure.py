@@ -5,37 +5,38 @@ import contextlib
 import io
 import multiprocessing
 import os
+import sys
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from tqdm import tqdm
 
 from tools.faults.kinds import KINDS
 
-PLATFORMS = ("rp2", "esp32")
+BOARDS = ("rp2", "rp2 hard", "esp32")
 
 
-def run(name, platform, runs):
+def run(name, board, runs):
     """(outcomes, uncaught exceptions) of `runs` injections of one kind on one board."""
     from tools.faults.fifo_rig import FifoRig
     from tools.faults.rig import Rig
 
     kind = next(kind for kind in KINDS if kind.name == name)
-    made = (FifoRig if kind.fifo else Rig)(kind, platform)
+    made = (FifoRig if kind.fifo else Rig)(kind, board)
     nowhere = io.TextIOWrapper(io.BytesIO())  # the app prints warnings, and the user's exceptions
     with contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere), made as rig:
         return [rig.inject(number) for number in range(runs)], rig.uncaught
 
 
 def measure(names, runs, jobs=None, quiet=False):
-    """{name: {platform: (outcomes, uncaught)}} over the cores."""
-    work = [(name, platform, runs) for name in names for platform in PLATFORMS]
+    """{name: {board: (outcomes, uncaught)}} over the cores."""
+    work = [(name, board, runs) for name in names for board in BOARDS]
     results = {name: {} for name in names}
     context = multiprocessing.get_context("spawn")
-    bar = tqdm(total=len(work) * runs, unit="fault", disable=quiet)
+    bar = tqdm(total=len(work) * runs, unit="fault", disable=quiet or not sys.stderr.isatty())
     with ProcessPoolExecutor(jobs or os.cpu_count(), context) as pool, bar:
         futures = {pool.submit(run, *task): task for task in work}
         for future in as_completed(futures):
-            name, platform, _ = futures[future]
-            results[name][platform] = future.result()
+            name, board, _ = futures[future]
+            results[name][board] = future.result()
             bar.update(runs)
     return results

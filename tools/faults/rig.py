@@ -19,6 +19,7 @@ from tools.virtual.port import Port
 REST_S = 0.8  # before the motion; the app measures the gyro's bias in it
 SETTLE_S = 2.5  # from the start of the motion to the first fault
 PERIOD_S = 0.004
+AGE_US, OUTPUTS = 3, 19  # places of firmware.tick.words
 SWING_DEG, SWING_HZ = 40.0, 0.398  # 100 deg/s at its fastest
 
 
@@ -31,6 +32,8 @@ class Outcome:
     error_deg: float  # largest while the app claimed its angle
     during_deg: float  # largest while the fault lasted, claimed or not
     after_deg: float  # one second after its end
+    yaw_deg: float  # drift of the yaw since the fault began, while it was claimed
+    yaw_after_deg: float  # the same one second after its end
     before_deg: float  # largest in the half second before
     counts: dict
 
@@ -49,17 +52,26 @@ class Swing(Sinusoid):
         super().__init__(SWING_DEG, SWING_HZ, "roll", offset_deg=SWING_DEG, phase_deg=-90.0)
 
 
-class Rig:
-    """`with Rig(kind, platform, seed) as rig: rig.inject(n)`; `rows` holds every tick so far.
+BOARDS = {  # name: platform, MicroPython's version
+    "rp2": ("rp2", (1, 25, 0)),
+    "rp2 hard": ("rp2", (1, 26, 1)),
+    "esp32": ("esp32", (1, 25, 0)),
+}
 
-    A row: time s, new good burst, stale, age ms, roll and pitch in millidegrees.
+
+class Rig:
+    """`with Rig(kind, board, seed) as rig: rig.inject(n)`; `rows` holds every tick so far.
+
+    board: one of BOARDS. A row: time s, new good burst, claimed (neither stale nor uncertain),
+    age ms; roll, pitch and yaw in millidegrees.
     """
 
     SPREAD_S = (0.0, 0.004)  # a fault begins so long after a tick
 
-    def __init__(self, kind, platform, seed=0):
-        self.kind, self.platform = kind, platform
-        self.random = random.Random(f"{kind.name} {platform} {seed}")
+    def __init__(self, kind, board, seed=0):
+        self.kind = kind
+        self.platform, self.version = BOARDS[board]
+        self.random = random.Random(f"{kind.name} {board} {seed}")
         self.rows = []
         self.chip = MPU6050Chip(
             motion=motion(kind.motion, seed), gyro_bias_dps=(2.0, -1.5, 1.0), seed=seed + 1
@@ -68,7 +80,9 @@ class Rig:
 
     def __enter__(self):
         self._folder = tempfile.TemporaryDirectory()
-        self.port = Port(self.platform, {0: self.bus}, root=self._folder.__enter__())
+        self.port = Port(
+            self.platform, {0: self.bus}, version=self.version, root=self._folder.__enter__()
+        )
         self.port.__enter__()
         try:
             self._begin()
@@ -92,19 +106,37 @@ class Rig:
         self.run(REST_S + SETTLE_S - self.now_s)
 
     def start(self):
-        """Start the app and look at each of its steps."""
+        """Start the app and look at each of its ticks."""
         self.app.start()
-        step, rows, app = self.app.loop.step, self.rows, self.app
+        if self.app.tick.drive.__name__ != "watched":
+            self.watch()
 
-        def watched(dt_us):
-            step(dt_us)
-            estimate = app.filter
+    def watch(self):
+        """Look at each tick of the app, from now on."""
+        app, outputs = self.app, self.app.outputs
+        hand_over = outputs._hand_over
+
+        def again():
+            hand_over()
+            self._wrap(app.tick)
+
+        outputs._hand_over = again
+        self._wrap(app.tick)
+
+    def _wrap(self, tick):
+        drive, rows, app = tick.drive, self.rows, self.app
+
+        def watched(fresh):
+            drive(fresh)
+            roll, pitch, yaw = app.angles_mdeg
+            claimed = not (app.stale or app.uncertain)
             rows.append((
-                self.port.now_ns * 1e-9, app.fresh, app.stale, app.health.age_us / 1000,
-                estimate.roll_mdeg, estimate.pitch_mdeg,
+                self.port.now_ns * 1e-9, bool(fresh), claimed, tick.words[AGE_US] / 1000,
+                roll, pitch, yaw,
             ))  # fmt: skip
 
-        app.loop.step = watched
+        tick.drive = watched
+        tick.words[OUTPUTS] = 1
 
     def stats(self):
         """What the app counted."""
@@ -113,7 +145,7 @@ class Rig:
     @property
     def uncaught(self):
         """Exceptions that left a callback, or were caught by the loop only."""
-        return len(self.port.errors) + self.app.loop.errors
+        return len(self.port.errors) + self.app.stats()["errors"]
 
     @property
     def now_s(self):
@@ -135,6 +167,8 @@ class Rig:
             began = self.now_s
             before = getattr(actions, kind.faults[0])(self, for_s) or before
             ended = self.now_s
+            if kind.faults[0] == "wrap":
+                began = ended  # the app was started anew before it, and its yaw with it
         else:
             began = self.now_s + self.random.uniform(*self.SPREAD_S)
             self.bus.faults[:] = bus_faults(kind, began, for_s, number)
@@ -150,7 +184,8 @@ class Rig:
         rows = self.rows[max(0, first - 125) :]
         time_s = np.array([row[0] for row in rows])
         error = self.errors(rows)
-        claimed = ~np.array([row[2] for row in rows])
+        yaw = self.yaw_errors(rows, int(np.sum(time_s < began)) - 1)
+        claimed = np.array([row[2] for row in rows])
         inside = time_s >= began
         during = inside & (time_s <= ended + 0.002)
         late = np.abs(time_s - (ended + 1.0)) < 0.01
@@ -166,6 +201,8 @@ class Rig:
             error_deg=_largest(error[inside & claimed]),
             during_deg=_largest(error[during]),
             after_deg=_largest(error[late]),
+            yaw_deg=_largest(yaw[inside & claimed]),
+            yaw_after_deg=_largest(yaw[late & claimed]),
             before_deg=_largest(error[~inside]),
             counts=moved,
         )
@@ -174,9 +211,9 @@ class Rig:
         """Seconds from the end of the fault to the first of an unbroken row of good ticks."""
         last_s = None
         previous = None
-        for t_s, fresh, stale, *_ in rows:
+        for t_s, fresh, *_ in rows:
             late = previous is not None and t_s - previous > 1.6 * PERIOD_S
-            if fresh and not stale:
+            if fresh:
                 if last_s is None or (late and not self.kind.fifo):
                     last_s = t_s
             else:
@@ -194,6 +231,15 @@ class Rig:
         )
         cross = np.linalg.norm(np.cross(told, truth), axis=1)
         return np.degrees(np.arctan2(cross, np.sum(told * truth, axis=1)))
+
+
+    def yaw_errors(self, rows, first):
+        """Size of the yaw's error less that of row `first`, degrees, of each row."""
+        q = np.array([self.chip.truth(row[0]) for row in rows]).T
+        w, x, y, z = q
+        true = np.degrees(np.arctan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z))
+        off = np.array([row[6] for row in rows]) / 1000 - true
+        return np.abs((off - off[max(0, first)] + 180) % 360 - 180)
 
 
 def _largest(values):

@@ -4,6 +4,8 @@
 A name is loaded from its own file when it is first asked for, as in `attitude`.
 """
 
+import attitude.fixed.compiler_check  # noqa: F401  raises where viper was compiled wrongly
+
 _HOME = {
     "AdaptiveNotch": "biquad",
     "Attitude": "attitude",

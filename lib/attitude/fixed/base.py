@@ -1,119 +1,189 @@
 # SPDX-License-Identifier: MIT
-"""What the integer filters share: ranges, calibration, period, state."""
+"""What the integer filters share: coefficients apart from state, the period, gaps, live results.
+
+A filter's numbers stand in one array of 32-bit integers: first the coefficients, which only
+swap() changes, then the state. Rates in it are per sample at the nominal rate, whatever the true
+period; one coefficient, STEP, is the true period by the nominal one.
+"""
 
 from array import array
 
-import micropython
 from micropython import const
 
-from attitude.fixed.folding import (
+from attitude.counts import (
     ACCEL_LSB_PER_G,
     GYRO_LSB_PER_DPS,
     Ideal,
-    check_rate,
-    fold_accel,
-    fold_gyro,
     lsb,
+    period16,
 )
+from attitude.fixed.folding import check_rate, fold_accel, fold_gyro, mantissa
+from attitude.fixed.intmath import ratio
 
-_ACCEL = const(0)  # in every filter's array: 9 coefficients and 3 offsets, Q14, see fold_accel
-_GYRO = const(12)  # 3 coefficients a row, then the offsets, see fold_gyro
-_PERIOD_SPAN = const(3276)  # 5 % in 1/65536: a clock further off is a fault, not a clock
+# the first coefficients of every filter
+_ACCEL = const(0)  # 9 coefficients and 3 offsets, Q14, see fold_accel
+_GYRO = const(12)  # 9 coefficients and 3 offsets, see fold_gyro
+_GYRO_SHIFT = const(24)
+_STEP = const(25)  # the period by the nominal one, Q15
+_RATE = const(26)  # rate to millidegrees per second: times RATE / 2^15 >> RATE_SHIFT
+_RATE_SHIFT = const(27)
 
-
-@micropython.viper
-def _scale(target: ptr32, at: int, source: ptr32, n: int, change: int):
-    """target[at + i] = source[i] (1 + change / 2^16), in steps that 32 bits hold."""
-    i = 0
-    while i < n:
-        value = source[i]
-        more = (value >> 15) * change + ((value & 0x7FFF) * change >> 15)
-        target[at + i] = value + (more >> 1)
-        i += 1
+_OUT = const(10)  # words of the results
 
 
 class Fixed:
-    """A filter of raw counts at a fixed rate, its numbers in one array of 32-bit integers.
+    """A filter of raw counts at a fixed rate.
 
-    A subclass gives _gyro_rows (axes used), _unit_per_deg (of its angles), and the places
-    _shift_at (the gyro's shift), _state_at to _state_end (what samples change), _angles_at.
+    out: a live array 'i' of ten, ready when update() returns: [0:3] roll, pitch, yaw in
+    millidegrees; [3:6] rates in the robot's frame in millidegrees per second, calibrated, less
+    the learned bias; [6:9] calibrated accelerometer in the robot's frame in counts of the
+    sensor's scale; [9] 1 at rest. angles_mdeg, rates_mdps: the first two as arrays of their own.
+    They allocate nothing and cost a tenth of a property.
 
-    angles_mdeg[0], [1] and, where there is one, [2] are roll, pitch and yaw: the same as
-    .roll_mdeg and so on, at a fifth of a property's cost on the board (5 us against 20).
+    step(counts): one sample, counts as the sensor gives them, ax ay az temp gx gy gz (int16), at
+    the filter's own period: for an interrupt. update(counts, dt_us=0): the same for all others;
+    dt_us: microseconds since the sample before, for a loop with gaps of its own (see gap).
+
+    A subclass gives these two, swap(), relevel(), reset(); _unit_per_deg (of its rates); the
+    places _seq_at (of a count of steps), _out_at, _state_at and _state_end; and
+    _set_up(settings by name), which fills `pending` from 28 on. The last number of `pending` says
+    what swap() takes over: 0 the period, 1 all coefficients, more what the subclass says.
     """
 
-    _gyro_rows: int
     _unit_per_deg: float
-    _shift_at: int
+    _seq_at: int
+    _out_at: int
     _state_at: int
     _state_end: int
-    _angles_at: int
     _least_hz = 10
 
-    yaw_mdeg = 0  # of filters that know roll and pitch only
-    at_rest = False  # and of those that do not watch for it
-    timed = False  # update() takes no dt: the period is fixed
+    at_rest = False  # of filters that do not watch for it
+    knows_yaw = False  # of filters of roll and pitch only
+    timed = False  # update() needs no dt: the period is fixed
 
-    def __init__(self, rate_hz, gyro_dps, accel_g, size):
+    def __init__(self, rate_hz, gyro_dps, accel_g, size, pending, settings):
         self.rate_hz = rate_hz
+        self.gyro_dps, self.accel_g = gyro_dps, accel_g
         self._gyro_lsb = lsb(GYRO_LSB_PER_DPS, gyro_dps, "gyro_dps")
         self._accel_lsb = lsb(ACCEL_LSB_PER_G, accel_g, "accel_g")
         check_rate(rate_hz, gyro_dps, self._least_hz)
         self._s = array("i", [0] * size)
-        # roll, pitch (and yaw) as a live array 'i': for what reads them each tick, since a
-        # property costs 30 us
-        end = self._angles_at + self._gyro_rows
-        self.angles_mdeg = memoryview(self._s)[self._angles_at : end]
-        self._gyro_base = array("i", [0] * (4 * self._gyro_rows))
-        self._period16 = self._nominal16 = int(16e6 / rate_hz + 0.5)
-        self.calibrate(Ideal)
+        self.pending = array("i", [0] * pending)
+        self.out = memoryview(self._s)[self._out_at : self._out_at + _OUT]
+        self.angles_mdeg = self.out[0:3]
+        self.rates_mdps = self.out[3:6]
+        # for update() with a time: the sample before, one on the way from there; and in 1/16 us
+        # the nominal period and the true one, and the step after which the sample before is known
+        self._last = array("h", [0] * 7)
+        self._between = array("h", [0] * 7)
+        nominal = int(16e6 / rate_hz + 0.5)
+        self._clock = array("i", [nominal, nominal, -1])
+        self.pending[_STEP] = 32768
+        per_sample = 1000.0 * rate_hz / self._unit_per_deg
+        self.pending[_RATE], self.pending[_RATE_SHIFT] = mantissa(32768.0 * per_sample)
+        self._kept = array("i", [0] * 10)  # of keep() and turn(): where a gap began
+        self._settings = {}
+        self.prepare(Ideal, None, settings)
+        self.swap()
+        self.reset()
 
-    def calibrate(self, cal):
-        """Fold a Calibration (bias, matrices, mounting) into the step, at no cost."""
-        base = self._gyro_base
+    # ---- what the subclass knows
+
+    def reset(self):
+        """Forget everything."""
+        raise NotImplementedError
+
+    def swap(self):
+        """Take over the prepared coefficients."""
+        raise NotImplementedError
+
+    def _set_up(self, **settings):
+        raise NotImplementedError
+
+    # ---- coefficients
+
+    def prepare(self, calibration=None, period_us=None, settings=None):
+        """Make the coefficients that the next swap() takes over; what is not given stays.
+
+        settings: a dict of some of the constructor's own, by name. For a loop that runs in an
+        interrupt: this in the foreground, swap() between two ticks. ValueError, which leaves all
+        as it was, names what is wrong. With nothing but a whole period_us it allocates nothing.
+        """
+        if period_us is not None:
+            period_us = period16(period_us, self._clock[0])
+        if calibration is not None or settings is not None:
+            kept = array("i", self.pending)
+            try:
+                if calibration is not None:
+                    self._fold(calibration)
+                if settings is not None:
+                    merged = self._settings.copy()
+                    merged.update(settings)
+                    self._set_up(**merged)
+                    self._settings = merged
+                self.pending[-1] |= 1
+            except Exception as error:
+                for i, value in enumerate(kept):
+                    self.pending[i] = value
+                if isinstance(error, TypeError):  # a name that is no setting, or no number
+                    raise ValueError(str(error)) from None
+                raise
+        if period_us is not None:
+            self._clock[1] = period_us
+            self.pending[_STEP] = ratio(period_us, self._clock[0])
+
+    def _fold(self, cal):
         unit = self._unit_per_deg / (self._gyro_lsb * self.rate_hz)
-        shift = fold_gyro(base, 0, self._gyro_rows, cal, self._gyro_lsb, unit)
-        fold_accel(self._s, _ACCEL, cal, self._accel_lsb)
-        self._s[self._shift_at] = shift
-        self._apply_period()
+        fold_accel(self.pending, _ACCEL, cal, self._accel_lsb)
+        self.pending[_GYRO_SHIFT] = fold_gyro(self.pending, _GYRO, cal, self._gyro_lsb, unit)
 
-    @property
-    def roll_mdeg(self):
-        """Roll in millidegrees, -180000 to 180000."""
-        return self._s[self._angles_at]
+    def calibrate(self, calibration):
+        """Fold a Calibration (bias, matrices, mounting) into the step, at no cost.
 
-    @property
-    def pitch_mdeg(self):
-        """Pitch in millidegrees."""
-        return self._s[self._angles_at + 1]
+        Not while an interrupt runs the filter: prepare() and swap() then.
+        """
+        self.prepare(calibration)
+        self.swap()
 
     @property
     def period_us(self):
         """Time between samples in microseconds. Set it to the measured mean when that differs
-        from 1e6 / rate_hz; it is held within 5 % of it. Setting a whole number allocates nothing.
+        from 1e6 / rate_hz; ValueError when it is more than 5 % off. A whole number allocates
+        nothing. Not while an interrupt runs the filter: prepare() and swap() then.
         """
-        return self._period16 / 16
+        return self._clock[1] / 16
 
     @period_us.setter
     def period_us(self, value):
-        self._period16 = int(value * 16)
-        self._apply_period()
+        self.prepare(None, value)
+        self.swap()
 
-    def _apply_period(self):
-        nominal = self._nominal16
-        change = ((self._period16 - nominal) << 12) // (nominal >> 4)
-        if not -_PERIOD_SPAN <= change <= _PERIOD_SPAN:
-            change = _PERIOD_SPAN if change > 0 else -_PERIOD_SPAN
-            self._period16 = nominal + nominal * change // 65536
-        _scale(self._s, _GYRO, self._gyro_base, 4 * self._gyro_rows, change)
+    # ---- results and state
+
+    @property
+    def roll_mdeg(self):
+        """Roll in millidegrees, -180000 to 180000."""
+        return self.out[0]
+
+    @property
+    def pitch_mdeg(self):
+        """Pitch in millidegrees."""
+        return self.out[1]
+
+    @property
+    def yaw_mdeg(self):
+        """Rotation about the vertical since the start, millidegrees, -180000 to 180000; 0 of
+        filters that know roll and pitch only."""
+        return self.out[2]
 
     def state(self):
-        """What set_state() takes to continue here: a tuple of integers."""
-        return tuple(self._s[self._state_at : self._state_end])
-
-    def go_on_from(self, other):
-        """Continue where another one of the same kind is, with own settings."""
-        self.set_state(other.state())
+        """What set_state() takes to continue here: a tuple of integers, all of one instant."""
+        s = self._s
+        while True:
+            step = s[self._seq_at]
+            copy = s[self._state_at : self._state_end]
+            if s[self._seq_at] == step:  # else an interrupt came in between
+                return tuple(copy)
 
     def set_state(self, state):
         """Continue from a state() of a filter with the same settings."""
@@ -122,3 +192,22 @@ class Fixed:
             raise ValueError("state of %d numbers, not %d" % (len(state), size))
         for i, value in enumerate(state):
             self._s[self._state_at + i] = value
+
+    def go_on_from(self, other, dt_us=0, yaw_deg=None):
+        """Start where any other filter stands, float or integer: its tilt, yaw and bias, turned
+        on by its rates for dt_us. From one of the same kind, rate and ranges the whole state.
+
+        A filter of roll and pitch only stands at yaw 0; yaw_deg gives another. The other one may
+        be running in an interrupt, this one not.
+        """
+        from attitude.standing import go_on
+
+        go_on(self, other, dt_us, yaw_deg)
+
+    def alike(self, other):
+        """Whether the other's state() is understood here."""
+        return type(other) is type(self) and (other.rate_hz, other.gyro_dps, other.accel_g) == (
+            self.rate_hz,
+            self.gyro_dps,
+            self.accel_g,
+        )

@@ -6,27 +6,10 @@ a step computes y = (c0 x0 + c1 x1 + c2 x2 + offset) >> shift, so an ideal senso
 calibrated, skewed, rotated one cost the same. No sum can leave 32 bits: it is checked here.
 """
 
-GYRO_LSB_PER_DPS = {250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}
-ACCEL_LSB_PER_G = {2: 16384, 4: 8192, 8: 4096, 16: 2048}
+from attitude.counts import row_of
 
 ACCEL_LIMIT = 65000  # the largest calibrated count that atan2's 15-bit quotient takes
-_SUM_LIMIT = 2040000000  # 2^31 less 5 %, by which the period may move the coefficients
-
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-
-
-class Ideal:
-    """The calibration of a sensor without faults, mounted along the axes."""
-
-    gyro_bias_dps = accel_bias_g = (0.0, 0.0, 0.0)
-    gyro_matrix = accel_matrix = IDENTITY
-
-
-def lsb(table, full_scale, name):
-    """The sensitivity that belongs to a full scale; ValueError lists those that exist."""
-    if full_scale not in table:
-        raise ValueError("%s %s: must be one of %s" % (name, full_scale, sorted(table)))
-    return table[full_scale]
+_SUM_LIMIT = 2100000000  # 2^31 less what rounding adds
 
 
 def check_rate(rate_hz, gyro_dps, least_hz=10):
@@ -39,14 +22,9 @@ def check_rate(rate_hz, gyro_dps, least_hz=10):
         raise ValueError("rate_hz %s: must be %d to 2000 with this gyro" % (rate_hz, least_hz))
 
 
-def largest_sum(matrix, row, offset):
+def largest_sum(row):
     """Largest magnitude that a row can give, in the unit of the counts."""
-    return 32768.0 * sum([abs(c) for c in matrix[3 * row : 3 * row + 3]]) + abs(offset)
-
-
-def offset_of(matrix, row, bias):
-    """-(M b) of one row."""
-    return -sum([matrix[3 * row + i] * bias[i] for i in range(3)])
+    return 32768.0 * (abs(row[0]) + abs(row[1]) + abs(row[2])) + abs(row[3])
 
 
 def fold_accel(store, at, cal, lsb_per_g):
@@ -55,36 +33,45 @@ def fold_accel(store, at, cal, lsb_per_g):
     Results are counts of the same scale as the sensor's. ValueError when a full-scale input
     could pass ACCEL_LIMIT, which no rotation with the datasheet's tolerances does.
     """
-    matrix = cal.accel_matrix
-    for row in range(3):
-        offset = offset_of(matrix, row, cal.accel_bias_g) * lsb_per_g
-        if largest_sum(matrix, row, offset) > ACCEL_LIMIT:
-            raise ValueError("accel_matrix row %d with its bias is beyond the number range" % row)
-        for i in range(3):
-            store[at + 3 * row + i] = _nearest(matrix[3 * row + i] * 16384.0)
-        store[at + 9 + row] = _nearest(offset * 16384.0) + 8192
+    bias = [b * lsb_per_g for b in cal.accel_bias_g]
+    for i in range(3):
+        row = row_of(cal.accel_matrix, i, bias)
+        if not largest_sum(row) <= ACCEL_LIMIT:
+            raise ValueError("accel_matrix row %d with its bias is beyond the number range" % i)
+        _put(store, at, i, row, 16384.0, 8192)
 
 
-def fold_gyro(store, at, rows, cal, lsb_per_dps, unit_per_count):
-    """3 `rows` coefficients, then `rows` offsets with the rounding in; returns the shift.
+def fold_gyro(store, at, cal, lsb_per_dps, unit_per_count):
+    """Nine coefficients, then three offsets with the rounding in; returns the shift.
 
     The result is counts times unit_per_count (any unit per sample). The shift is the largest
     at which a full-scale sum stays inside 32 bits, so the coefficients use all of theirs.
     """
-    matrix = cal.gyro_matrix
-    offsets = [offset_of(matrix, row, cal.gyro_bias_dps) * lsb_per_dps for row in range(rows)]
-    largest = max([largest_sum(matrix, row, offsets[row]) for row in range(rows)])
+    bias = [b * lsb_per_dps for b in cal.gyro_bias_dps]
+    rows = [row_of(cal.gyro_matrix, i, bias) for i in range(3)]
+    largest = max([largest_sum(row) for row in rows]) * unit_per_count
+    if not largest < _SUM_LIMIT:
+        raise ValueError("gyro_matrix or its bias is beyond the number range")
     shift = 0
-    while shift < 24 and largest * unit_per_count * (2 << shift) < _SUM_LIMIT:
+    while shift < 24 and largest * (2 << shift) < _SUM_LIMIT:
         shift += 1
-    if largest * unit_per_count * (1 << shift) >= _SUM_LIMIT:
-        raise ValueError("gyro_matrix or period beyond the number range")
-    scale = unit_per_count * (1 << shift)
-    for row in range(rows):
-        for i in range(3):
-            store[at + 3 * row + i] = _nearest(matrix[3 * row + i] * scale)
-        store[at + 3 * rows + row] = _nearest(offsets[row] * scale) + (1 << shift >> 1)
+    for i in range(3):
+        _put(store, at, i, rows[i], unit_per_count * (1 << shift), 1 << shift >> 1)
     return shift
+
+
+def mantissa(value):
+    """(m, shift): value is m / 2^shift, with m of 15 bits or the shift 29."""
+    shift = 0
+    while shift < 29 and value * (2 << shift) < 32768.0:
+        shift += 1
+    return int(value * (1 << shift)), shift
+
+
+def _put(store, at, i, row, scale, rounding):
+    for k in range(3):
+        store[at + 3 * i + k] = _nearest(row[k] * scale)
+    store[at + 9 + i] = _nearest(row[3] * scale) + rounding
 
 
 def _nearest(value):

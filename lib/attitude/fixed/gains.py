@@ -35,6 +35,26 @@ def rows(knots, scale1=1.0):
     return table + [0, 0, 0], shift0, shift1
 
 
+def place_in(table, samples):
+    """[samples left in the row, its place, k0, k1, their changes per sample] after so many
+    samples, for a table of rows().
+    """
+    k0, k1 = table[0], table[1]
+    at = 2
+    while table[at] and samples >= table[at]:
+        n, d0, d1 = table[at : at + 3]
+        samples -= n
+        k0 += n * d0
+        k1 += n * d1
+        at += 3
+    left, d0, d1 = table[at : at + 3]
+    if left:
+        left -= samples
+        k0 += samples * d0
+        k1 += samples * d1
+    return [left, at, k0, k1, d0, d1]
+
+
 def _scaling(values):
     largest = max([abs(v) for v in values])
     if largest >= 1.0:

@@ -132,3 +132,11 @@ def mul_q30(a: int, b: int) -> int:
     ah = a >> 15
     bh = b >> 15
     return ah * bh + ((ah * (b & 0x7FFF) >> 1) + (bh * (a & 0x7FFF) >> 1) >> 14)
+
+
+@micropython.viper
+def ratio(part: int, whole: int) -> int:
+    """part / whole, Q15, to the nearest; 0 <= part < 2^16 whole, 0 < whole < 2^21."""
+    rest = (part % whole) << 9
+    q = (part // whole << 15) + (rest // whole << 6)
+    return q + ((rest % whole << 6) + (whole >> 1)) // whole

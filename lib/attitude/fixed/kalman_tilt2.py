@@ -5,35 +5,33 @@ import micropython
 from micropython import const
 
 from attitude.fixed.base import Fixed
-from attitude.fixed.folding import check_rate
-from attitude.fixed.gains import gain_rows
+from attitude.fixed.gains import gain_rows, place_in
+from attitude.fixed.gap import bridge
+from attitude.fixed.kalman_step import keep, step, turn
 
-# Places in the working array; 0 to 11 are the accelerometer's coefficients, 12 to 19 the gyro's
-# of x and y. Angles are in "units" of 1/2048 millidegree: 180 degrees are 2^28.5 and the
-# difference of two angles fits. Biases are in 1/64 unit per sample.
-_GYRO_SHIFT = const(20)
-_K0_SHIFT = const(21)
-_K1_SHIFT = const(22)
-_BIAS_LIMIT = const(23)
-_DISTRUST = const(24)  # Q15 weight lost for every 1/256 count that |a| is off 1 g
-_ONE_G = const(25)
-_ROLL_MEASURED = const(26)
-_PITCH_MEASURED = const(27)
-_STATE = const(28)  # from here on what samples change
-_LEFT = const(28)  # samples left in this row of the gain table
-_ROW = const(29)
-_K0 = const(30)  # gains times 2^(30 + shift), and their change per sample
-_K1 = const(31)
-_D0 = const(32)
-_D1 = const(33)
+# places and formats: kalman_step
+_STEP = const(25)
+_K0_SHIFT = const(28)
+_K1_SHIFT = const(29)
+_BIAS_LIMIT = const(30)
+_DISTRUST = const(31)  # Q15 weight lost for every 1/256 count that |a| is off 1 g
+_ONE_G = const(32)
+_STATE = const(33)  # from here on what samples change
+_SEQ = const(33)
 _STARTED = const(34)
 _ROLL = const(35)
 _ROLL_BIAS = const(36)
 _PITCH = const(37)
 _PITCH_BIAS = const(38)
-_ROLL_MDEG = const(39)  # the angles in whole millidegrees
-_PITCH_MDEG = const(40)
-_TABLE = const(41)
+_YAW_BIAS = const(39)  # as taken over from another filter: not learned here
+_OUT = const(42)
+_RATES = const(45)
+_LEFT = const(52)  # the place in the gain table: samples left in this row
+_ROW = const(53)
+_TABLE = const(58)
+_SIZE = const(178)  # 33 knots at most are 2 + 3 * 33 numbers; some to spare
+_FRESH = const(159)  # in `pending`: after the coefficients the place, the table, and this
+_UNIT_PER_DEG = 2048000.0
 
 
 class KalmanTilt2(Fixed):
@@ -48,12 +46,11 @@ class KalmanTilt2(Fixed):
     It starts on the first sample's accelerometer angle. Motion about one axis at a time.
     """
 
-    _gyro_rows = 2
-    _unit_per_deg = 2048000.0
-    _shift_at = _GYRO_SHIFT
+    _unit_per_deg = _UNIT_PER_DEG
+    _seq_at = _SEQ
+    _out_at = _OUT
     _state_at = _STATE
     _state_end = _TABLE
-    _angles_at = _ROLL_MDEG
 
     def __init__(
         self,
@@ -65,152 +62,139 @@ class KalmanTilt2(Fixed):
         r_measure=0.03,
         trust_g=None,
     ):
-        check_rate(rate_hz, gyro_dps)
-        rows, shift0, shift1 = gain_rows(rate_hz, q_angle, q_bias, r_measure)
-        super().__init__(rate_hz, gyro_dps, accel_g, _TABLE + len(rows))
-        s = self._s
-        for i, value in enumerate(rows):
-            s[_TABLE + i] = value
-        s[_K0_SHIFT] = shift0
-        s[_K1_SHIFT] = shift1
-        s[_BIAS_LIMIT] = 1073000000  # 8186 millidegrees a sample: the number range, no judgement
-        s[_ONE_G] = self._accel_lsb
+        settings = {
+            "q_angle": q_angle,
+            "q_bias": q_bias,
+            "r_measure": r_measure,
+            "trust_g": trust_g,
+        }
+        super().__init__(rate_hz, gyro_dps, accel_g, _SIZE, _FRESH + 1, settings)
+
+    def _set_up(self, q_angle, q_bias, r_measure, trust_g):
+        if not (q_angle >= 0.0 and q_bias >= 0.0 and r_measure > 0.0):
+            raise ValueError("q_angle, q_bias: not below 0; r_measure: above 0")
+        if trust_g is not None and not trust_g > 0.0:
+            raise ValueError("trust_g: above 0, or None")
+        new = self.pending
+        rows, new[_K0_SHIFT], new[_K1_SHIFT] = gain_rows(self.rate_hz, q_angle, q_bias, r_measure)
+        new[_BIAS_LIMIT] = 1073000000  # 8186 millidegrees a sample: the number range, no judgement
+        new[_ONE_G] = self._accel_lsb
+        new[_DISTRUST] = 0
         if trust_g is not None:
-            s[_DISTRUST] = max(1, int(32768.0 * 256.0 / (trust_g * self._accel_lsb)))
-        self.reset()
+            new[_DISTRUST] = max(1, int(32768.0 * 256.0 / (trust_g * self._accel_lsb)))
+        # last, since the filter may be running meanwhile: its place for the time it has run
+        place = place_in(rows, self._s[_SEQ])
+        place[1] += _TABLE
+        for i, value in enumerate(place + rows):
+            new[_STATE + i] = value
+        new[_FRESH] = 3
+
+    step = step
+    keep = keep
+    turn = turn
+
+    @micropython.native
+    def update(self, counts, dt_us=0):
+        """One sample, dt_us after the one before; 0: at the filter's own period, as step()."""
+        if dt_us > 0:
+            bridge(self, counts, dt_us)
+        else:
+            step(self, counts)
+
+    @micropython.viper
+    def swap(self):
+        """Take over the prepared coefficients; angle, bias and all other state stay. 10 to 40 us,
+        no allocation: fit for an interrupt.
+
+        The place in the gain table is no state: it is that for the time the filter has run.
+        """
+        s = ptr32(self._s)
+        new = ptr32(self.pending)
+        n = _STATE
+        s[_STEP] = new[_STEP]
+        fresh = new[_FRESH]
+        if fresh:
+            new[_FRESH] = 0
+            while n:
+                n -= 1
+                s[n] = new[n]
+        if fresh > 1:
+            n = _FRESH - _STATE
+            while n:
+                n -= 1
+                s[_LEFT + n] = new[_STATE + n]
 
     def reset(self):
         """Start anew on the next sample, with bias 0."""
-        s = self._s
         for i in range(_STATE, _TABLE):
-            s[i] = 0
-        s[_K0], s[_K1], s[_LEFT], s[_D0], s[_D1] = s[_TABLE : _TABLE + 5]
-        s[_ROW] = _TABLE + 2
+            self._s[i] = 0
+        self._run_for(0)
 
-    def relevel(self):
-        """Start at the accelerometer's angles of the next sample; the bias stays."""
-        self._s[_STARTED] = 0
-
-    def go_on_from(self, other):
-        """Continue from the angles and biases of another one, with own gains from their start."""
-        for i in range(_STARTED, _TABLE):
-            self._s[i] = other._s[i]
+    def _run_for(self, samples):
+        s = self._s
+        s[_SEQ] = samples
+        for i, value in enumerate(place_in(s[_TABLE:], samples)):
+            s[_LEFT + i] = value
+        s[_ROW] += _TABLE
 
     @micropython.viper
-    def update(self, counts: ptr16):
-        """One sample: counts as the sensor gives them, ax ay az temp gx gy gz (int16)."""
+    def relevel(self):
+        """Start at the accelerometer's angles of the next sample; the bias stays."""
         s = ptr32(self._s)
-        ax = (int(counts[0]) ^ 0x8000) - 0x8000
-        ay = (int(counts[1]) ^ 0x8000) - 0x8000
-        az = (int(counts[2]) ^ 0x8000) - 0x8000
-        forward = (s[0] * ax + s[1] * ay + s[2] * az + s[9]) >> 14
-        y = (s[3] * ax + s[4] * ay + s[5] * az + s[10]) >> 14
-        x = (s[6] * ax + s[7] * ay + s[8] * az + s[11]) >> 14
+        s[_STARTED] = 0
 
-        # roll = atan2(ay, az), pitch = atan2(-ax, |ay, az|), |a|: attitude.fixed.intmath
-        at = _ROLL_MEASURED
-        while True:
-            a = y if y >= 0 else 0 - y
-            b = x if x >= 0 else 0 - x
-            steep = a > b
-            if steep:
-                t = b
-                b = a
-                a = t
-            m = 0
-            if b:
-                t = ((a << 15) + (b >> 1)) // b
-                u = (t * t) >> 15
-                r = 4777 * u >> 15
-                r = (r - 19516) * u >> 15
-                r = (r + 41289) * u >> 15
-                r = (r - 75700) * u + 16384 >> 15
-                m = t * 57288 + (t * r >> 2) >> 4
-                if steep:
-                    m = 184320000 - m
-                if x < 0:
-                    m = 368640000 - m
-                if y < 0:
-                    m = 0 - m
-                r = 726 * u >> 15
-                r = (3039 - r) * u >> 15
-                r = (r - 7911) * u >> 15
-                r = (r + 32744) * u + 16384 >> 15
-                b += (b * r + 32768) >> 16
-            s[at] = m
-            if at == _PITCH_MEASURED:
-                break
-            at = _PITCH_MEASURED
-            y = 0 - forward
-            x = b
+    def zero_yaw(self):
+        """Nothing: its yaw is always 0."""
 
-        # gains of this sample
-        k0 = s[_K0]
-        k1 = s[_K1]
-        left = s[_LEFT]
-        if left:
-            s[_K0] = k0 + s[_D0]
-            s[_K1] = k1 + s[_D1]
-            left -= 1
-            if left == 0:
-                row = s[_ROW] + 3
-                s[_ROW] = row
-                left = s[row]
-                s[_D0] = s[row + 1]
-                s[_D1] = s[row + 2]
-            s[_LEFT] = left
-        k0 >>= 15
-        k1 >>= 15
-        if b == 0:  # free fall, or no sensor: a vector without direction corrects nothing
-            k0 = 0
-            k1 = 0
-        elif s[_DISTRUST]:
-            b -= s[_ONE_G]
-            if b < 0:
-                b = 0 - b
-            b = 32768 - (b * s[_DISTRUST] >> 8)
-            if b < 0:
-                b = 0
-            k0 = k0 * b >> 15
-            k1 = k1 * b >> 15
+    @property
+    def bias_dps(self):
+        """Gyro bias as estimated on top of the calibration, deg/s (makes floats); that about z
+        is what go_on_from() has brought."""
+        return self._biases(self.state())
 
-        ax = (int(counts[4]) ^ 0x8000) - 0x8000
-        ay = (int(counts[5]) ^ 0x8000) - 0x8000
-        az = (int(counts[6]) ^ 0x8000) - 0x8000
-        y = (s[12] * ax + s[13] * ay + s[14] * az + s[18]) >> s[_GYRO_SHIFT]
-        x = (s[15] * ax + s[16] * ay + s[17] * az + s[19]) >> s[_GYRO_SHIFT]
-        if s[_STARTED] == 0:
-            s[_STARTED] = 1
-            s[_ROLL] = s[_ROLL_MEASURED]
-            s[_PITCH] = s[_PITCH_MEASURED]
-        at = _ROLL
-        m = s[_ROLL_MEASURED]
-        while True:
-            u = s[at + 1]
-            a = s[at] + y - (u >> 6)
-            t = m - a
-            if t > 368640000:
-                t -= 737280000
-            elif t < -368640000:
-                t += 737280000
-            r = t & 0x7FFF
-            t >>= 15
-            a += (t * k0 + (r * k0 >> 15)) >> s[_K0_SHIFT]
-            if a > 368640000:
-                a -= 737280000
-            elif a < -368640000:
-                a += 737280000
-            s[at] = a
-            u += (t * k1 + (r * k1 >> 15)) >> s[_K1_SHIFT]
-            if u > s[_BIAS_LIMIT]:
-                u = s[_BIAS_LIMIT]
-            elif u < 0 - s[_BIAS_LIMIT]:
-                u = 0 - s[_BIAS_LIMIT]
-            s[at + 1] = u
-            if at == _PITCH:
-                break
-            at = _PITCH
-            m = s[_PITCH_MEASURED]
-            y = x
-        s[_ROLL_MDEG] = (s[_ROLL] + 1024) >> 11
-        s[_PITCH_MDEG] = (a + 1024) >> 11
+    def _biases(self, state):
+        scale = self.rate_hz / (64.0 * _UNIT_PER_DEG)
+        return tuple(
+            [state[at - _STATE] * scale for at in (_ROLL_BIAS, _PITCH_BIAS, _YAW_BIAS)]
+        )
+
+    # ---- for attitude.standing
+
+    def standing(self):
+        """Where it stands: yaw 0, and nobody has said what its bias is at rest."""
+        from attitude.standing import of_angles
+
+        state = self.state()
+        if not state[_SEQ - _STATE]:
+            return None
+        angles = [state[at - _STATE] / _UNIT_PER_DEG for at in (_ROLL, _PITCH)]
+        rates = [rate / 1000.0 for rate in state[_RATES - _STATE : _RATES - _STATE + 3]]
+        return of_angles(angles[0], angles[1], 0.0), rates, self._biases(state), None
+
+    def alike(self, other):
+        """Whether the other's state() is understood here."""
+        return super().alike(other) and other._settings == self._settings
+
+    def place(self, q):
+        """The same with another attitude, but for its yaw."""
+        from attitude.standing import angles_deg
+
+        s = self._s
+        for i, at in enumerate((_ROLL, _PITCH)):
+            angle = angles_deg(q)[i]
+            s[at] = round(angle * _UNIT_PER_DEG)
+            s[_OUT + i] = round(angle * 1000.0)
+
+    def begin_at(self, standing):
+        """Begin there, with the gains of one that has run for long."""
+        q, rates, bias, _ = standing
+        self.reset()
+        s = self._s
+        scale = 64.0 * _UNIT_PER_DEG / self.rate_hz
+        for i, at in enumerate((_ROLL_BIAS, _PITCH_BIAS, _YAW_BIAS)):
+            limit = s[_BIAS_LIMIT]
+            s[at] = round(max(-limit, min(limit, bias[i] * scale)))
+            s[_RATES + i] = round(1000.0 * rates[i])
+        s[_STARTED] = 1
+        self._run_for(int(60 * self.rate_hz))
+        self.place(q)

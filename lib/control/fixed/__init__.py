@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Integer twins of the controllers: the same verbs, no allocation in update()."""
+"""Integer twins of the controllers: the same verbs, no allocation in update().
+
+Needs lib/attitude beside it, which knows what compilers get wrong.
+"""
+
+import attitude.fixed.compiler_check  # noqa: F401  raises where viper was compiled wrongly
 
 _HOME = {"PID": "pid", "QuadControl": "quad"}
 

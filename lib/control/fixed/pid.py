@@ -161,6 +161,7 @@ class PID:
             self._state[0] = min(max(moved, low), high)
         self._gains = (kp, ki, kd)
 
+    @micropython.native
     def update(self, error, rate=0):
         """One step -> output; error = target - measurement, rate = the measurement's (gyro)."""
         self._error[0] = error

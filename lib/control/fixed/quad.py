@@ -3,7 +3,8 @@
 
 Per axis: rate wanted = gain (target - angle), limited; then a PID on the rate, its derivative on
 the measured rate; see control.fixed.pid for the format of the gains and the anti-windup. The
-mixer's law, motors and signs are control.mixer's. Units: millidegrees, gyro counts, permille.
+mixer's law, motors and signs are control.mixer's. Units: millidegrees, millidegrees per second
+(inside in 16ths of them, 16 bits: rates beyond 524 deg/s count as that), permille.
 """
 
 from array import array
@@ -22,11 +23,12 @@ _TORQUE = const(8)
 _MOTORS = const(11)
 _AXES = const(16)
 _SIZE = const(76)
+_LSB_PER_DPS = 62.5
 
 
 @micropython.viper
-def _update(self, throttle: int, angles: ptr32, counts: ptr16):
-    """One step: throttle 0..1000, roll, pitch, yaw in mdeg, the sensor's counts -> self.motors."""
+def _update(self, throttle: int, angles: ptr32, rates: ptr32):
+    """One step: throttle 0..1000; roll, pitch, yaw in mdeg; rates in mdeg/s -> self.motors."""
     s = ptr32(self._s)
     limit = s[6]
     axis = 0
@@ -48,7 +50,11 @@ def _update(self, throttle: int, angles: ptr32, counts: ptr16):
             x = limit
         elif x < 0 - limit:
             x = 0 - limit
-        v = (int(counts[axis + 4]) ^ 0x8000) - 0x8000  # ptr16 loads without a sign
+        v = rates[axis] >> 4
+        if v > 32767:
+            v = 32767
+        elif v < -32768:
+            v = -32768
         e = x - v
 
         d = s[c + 17]
@@ -137,12 +143,13 @@ class QuadControl:
 
     angle_gains: three (roll, pitch, yaw), deg/s wanted per degree of error. rate_gains: three (kp,
     ki, kd), permille per deg/s, per degree, per deg/s^2. limit: of each torque, permille, at most
-    1000. lsb_per_dps belongs to the gyro range of the counts. `motors` (array 'i') has the result,
-    -1 to 1001 after rounding; `torque` what the loops asked for.
+    1000. `motors` (array 'i') has the result, -1 to 1001 after rounding; `torque` what the loops
+    asked for.
     """
 
-    def __init__(self, angle_gains, rate_gains, limit=400, rate_hz=1000, lsb_per_dps=65.5,
-                 rate_limit_dps=220, tau_d_s=0.003):
+    def __init__(self, angle_gains, rate_gains, limit=400, rate_hz=1000, rate_limit_dps=220,
+                 tau_d_s=0.003):
+        lsb_per_dps = _LSB_PER_DPS
         self._s = s = array("i", [0] * _SIZE)
         self.motors = array("i", [0] * 4)
         s[_LIMIT] = int(rate_limit_dps * lsb_per_dps)

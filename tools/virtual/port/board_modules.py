@@ -9,19 +9,38 @@ import sys as host_sys
 import traceback
 import types
 
+from .traits import RV32IMC
+
 _HEAP_BYTES = {"rp2": 230_000, "esp32": 110_000}
-_COLLECT_NS = 3_000_000  # measured collections take 2 to 10 ms
 _ERRORS = """
 EPERM ENOENT EIO EBADF EAGAIN ENOMEM EACCES EEXIST ENODEV EISDIR EINVAL EOPNOTSUPP EADDRINUSE
 ECONNABORTED ECONNRESET ENOBUFS ENOTCONN ETIMEDOUT ECONNREFUSED EHOSTUNREACH EALREADY EINPROGRESS
 """
-_SYS_NAMES = ("stdout", "stdin", "stderr", "path", "modules", "argv")
+_SYS_NAMES = ("path", "modules", "argv")
 
 
 def _module(name, **names):
     module = types.ModuleType(name, "MicroPython's %s." % name)
     vars(module).update(names)
     return module
+
+
+class _Output:
+    """A stream that the host has at this moment; a hard callback may not write to it."""
+
+    def __init__(self, port, find):
+        self._port, self._find = port, find
+
+    def __getattr__(self, name):
+        return getattr(self._find(), name)
+
+    @property
+    def buffer(self):
+        return _Output(self._port, lambda: self._find().buffer)
+
+    def write(self, data):
+        self._port.hard.refuse("print")
+        return self._find().write(data)
 
 
 class _Sys(types.ModuleType):
@@ -35,9 +54,23 @@ class _Sys(types.ModuleType):
         raise AttributeError("module 'sys' has no attribute %r" % name)
 
 
-def print_exception(error, file=None, /):
-    """`sys.print_exception`: the traceback to `file` or standard output."""
-    traceback.print_exception(error, file=file or host_sys.stdout)
+def _mpy(port):
+    """Version 6.3 of .mpy files and, where the port loads native ones, the processor's code."""
+    native = port.traits.native
+    return 0x306 | (native << 10 if native != RV32IMC or port.version >= (1, 24) else 0)
+
+
+class _Input:
+    """The board's sys.stdin: what somebody typed into `port.stdin`."""
+
+    def __init__(self, port):
+        self._port = port
+
+    def read(self, count=-1, /):
+        port = self._port
+        end = len(port.stdin) if count < 0 else count
+        text, port.stdin = port.stdin[:end], port.stdin[end:]
+        return text
 
 
 def make_sys(port):
@@ -46,8 +79,16 @@ def make_sys(port):
     module.version = "3.4.0; MicroPython v%d.%d.%d" % port.version
     module.version_info = (3, 4, 0)
     module.implementation = types.SimpleNamespace(
-        name="micropython", version=(*port.version, ""), _machine=port.traits.machine, _mpy=4870
-    )
+        name="micropython", version=(*port.version, ""), _machine=port.traits.machine,
+        _mpy=_mpy(port), _build=port.traits.build,
+    )  # fmt: skip
+    module.stdin = _Input(port)
+    module.stdout = _Output(port, lambda: host_sys.stdout)
+    module.stderr = _Output(port, lambda: host_sys.stderr)
+
+    def print_exception(error, file=module.stdout, /):
+        traceback.print_exception(error, file=file)
+
     module.print_exception = print_exception
     module.exit = host_sys.exit
     return module
@@ -96,12 +137,11 @@ def make_os(port):
 
 
 def make_gc(port):
-    """`gc`: a collection costs its time; the figures are fixed ones of a board of this kind."""
+    """`gc`: a collection takes `port.gc_ns`, in which soft callbacks wait and hard ones run. The
+    figures are fixed ones of a board of this kind.
+    """
     size = _HEAP_BYTES[port.traits.platform]
     state = {"threshold": -1, "enabled": True}
-
-    def collect():
-        port.clock.busy(_COLLECT_NS)
 
     def threshold(*amount):
         if not amount:
@@ -109,13 +149,21 @@ def make_gc(port):
         state["threshold"] = amount[0]
         return None
 
-    return _module(
-        "gc",
-        collect=collect, threshold=threshold,
-        mem_free=lambda: size * 3 // 4, mem_alloc=lambda: size // 4,
-        enable=lambda: state.update(enabled=True), disable=lambda: state.update(enabled=False),
-        isenabled=lambda: state["enabled"],
-    )  # fmt: skip
+    def guarded(name, function):
+        def call(*arguments):
+            port.hard.refuse("gc.%s" % name)
+            return function(*arguments)
+
+        return call
+
+    functions = {
+        "collect": lambda: port.clock.busy(port.gc_ns), "threshold": threshold,
+        "mem_free": lambda: size * 3 // 4, "mem_alloc": lambda: size // 4,
+        "enable": lambda: state.update(enabled=True),
+        "disable": lambda: state.update(enabled=False),
+        "isenabled": lambda: state["enabled"],
+    }  # fmt: skip
+    return _module("gc", **{name: guarded(name, f) for name, f in functions.items()})
 
 
 class Poll:
@@ -139,8 +187,8 @@ class Poll:
     def _ready(self):
         found = []
         for stream, events in self._streams:
-            bits = events & (4 if stream is not host_sys.stdin else 0)
-            if stream is host_sys.stdin and self._port.stdin:
+            bits = events & (4 if not isinstance(stream, _Input) else 0)
+            if isinstance(stream, _Input) and self._port.stdin:
                 bits |= events & 1
             if bits:
                 found.append((stream, bits))

@@ -5,6 +5,8 @@ bus.
 
 from tools.virtual.bus import ArbitrationLost, BusStuck
 
+from .wire import Collision
+
 _NAMES = {5: "EIO", 19: "ENODEV", 110: "ETIMEDOUT", 116: "ETIMEDOUT"}
 _UNSUPPORTED = "I2C operation not supported"
 
@@ -21,6 +23,7 @@ class Methods:
 
     def scan(self):
         """Addresses 0x08 to 0x77 that acknowledge."""
+        self._allocates("scan")
         return [address for address in range(0x08, 0x78) if self._probe(address) == 0]
 
     def start(self):
@@ -36,6 +39,7 @@ class Methods:
         raise OSError(_UNSUPPORTED)
 
     def readfrom(self, addr, nbytes, stop=True, /):
+        self._allocates("readfrom")
         data = bytearray(nbytes)
         self._done(self._read(addr, data, bool(stop)))
         return bytes(data)
@@ -48,9 +52,11 @@ class Methods:
         return self._done(self._write(addr, bytes(buf), bool(stop)))
 
     def writevto(self, addr, vector, stop=True, /):
+        self._allocates("writevto")
         return self._done(self._write(addr, b"".join(bytes(part) for part in vector), bool(stop)))
 
     def readfrom_mem(self, addr, memaddr, nbytes, /, *, addrsize=8):
+        self._allocates("readfrom_mem")
         data = bytearray(nbytes)
         self._done(self._read_memory(addr, _memory_address(memaddr, addrsize), data))
         return bytes(data)
@@ -60,6 +66,7 @@ class Methods:
         self._done(self._read_memory(addr, _memory_address(memaddr, addrsize), view))
 
     def writeto_mem(self, addr, memaddr, buf, /, *, addrsize=8):
+        self._allocates("writeto_mem")
         self._done(self._write(addr, _memory_address(memaddr, addrsize) + bytes(buf), True))
 
     def _read_memory(self, addr, register, view):
@@ -69,6 +76,9 @@ class Methods:
             self._probe(addr)  # generates the STOP
             return count
         return self._read(addr, view, True)
+
+    def _allocates(self, name):
+        self._port.hard.refuse("I2C.%s()" % name, MemoryError)
 
     def _done(self, result):
         self._port.clock.breathe()
@@ -92,8 +102,8 @@ class Transfers(Methods):
         """
         traits, wire = self._port.traits, self._wire()
         wire.claim(self)
-        wire.clock.hold(traits.i2c_overhead_ns)
         try:
+            wire.spend(traits.i2c_overhead_ns)
             if not self._connected():
                 raise BusStuck("scl")
             return transfer(wire, 1_000_000_000 // self._freq)
@@ -102,8 +112,17 @@ class Transfers(Methods):
             return -traits.etimedout
         except ArbitrationLost:
             return -self._arbitration_errno()
+        except Collision as collision:
+            return self._collided(wire, collision)
         finally:
-            wire.release()
+            wire.release(self)
+
+    def _collided(self, wire, collision):
+        """The block was taken by an interrupt: what was asked for is flushed, and never comes."""
+        if not collision.reading:
+            return -self._arbitration_errno()
+        wire.clock.hold(self._timeout * 1000)
+        return -self._port.traits.etimedout
 
     def _write(self, addr, data, stop):
         if not data:
@@ -118,12 +137,22 @@ class Transfers(Methods):
             wire.stop(bit_ns)
             return -self._port.traits.enodev
         for index, value in enumerate(data):
-            if not wire.write(value, bit_ns):
+            if not self._put(wire, bit_ns, addr, value):
                 wire.stop(bit_ns)
                 return self._data_nack(index)
         if stop:
             wire.stop(bit_ns)
         return len(data)
+
+    def _put(self, wire, bit_ns, addr, value):
+        """One byte; True for ACK. The firmware does not notice that an interrupt flushed its
+        block: what is left goes out as a transfer of its own, its first byte as the register.
+        """
+        try:
+            return wire.write(value, bit_ns)
+        except Collision:
+            wire.claim(self)
+            return wire.start(addr, False, bit_ns)
 
     def _read_bytes(self, wire, bit_ns, addr, view, stop):
         if not wire.start(addr, True, bit_ns):

@@ -3,6 +3,7 @@
 
 from .i2c import Transfers
 from .traits import EIO
+from .wire import Collision
 
 _SOFT_NACK = 19  # of the bit-banged probe, on every port
 
@@ -85,8 +86,10 @@ class Rp2I2C(HardwareI2C):
                 wire.clock.hold(self._timeout * 1000)
                 return -traits.etimedout
             return 0 if ack else -_SOFT_NACK
+        except Collision as collision:
+            return self._collided(wire, collision)
         finally:
-            wire.release()
+            wire.release(self)
 
 
 class Esp32I2C(HardwareI2C):

@@ -61,7 +61,6 @@ def make_module(scheduler=None):
     module.viper = viper
     module.schedule = schedule if scheduler else _schedule_at_once
     module.heap_lock, module.heap_unlock = heap.lock, heap.unlock
-    module.heap_locked = lambda: heap.depth
     module.alloc_emergency_exception_buf = lambda size, /: None
     module.opt_level = _Setting(0)
     module.kbd_intr = lambda character, /: None

@@ -110,7 +110,7 @@ class WDT:
 
     def _start(self):
         clock = self._port.clock
-        self._event = clock.at(clock.now_ns + self.timeout_ms * 1_000_000, self._starve)
+        self._event = clock.hardware_at(clock.now_ns + self.timeout_ms * 1_000_000, self._starve)
 
     def feed(self):
         self._event.cancel()

@@ -20,7 +20,7 @@ class Irq:
         return before
 
     def __call__(self):
-        self._state.pins.port.interrupt(self._state)
+        self._state.pins.interrupt(self._state)
 
 
 class Pin:

@@ -19,7 +19,7 @@ class PinState:
         self.mode, self.pull, self.function = "IN", None, "SIO"
         self.latch, self.external = 0, None
         self.line = None  # (bus id, "sda" or "scl") when an I2C bus is wired to this pin
-        self.handler, self.triggers, self.hard = None, (), False
+        self.handler, self.triggers, self.hard, self.pending = None, (), False, False
         self.log = deque(maxlen=_LOG_LENGTH)
         self.pwm = None
         self.pin = None  # the board's Pin object
@@ -56,7 +56,7 @@ class PinState:
             and (RISING if after else FALLING) in self.triggers
             and self.handler is not None
         ):
-            self.pins.port.interrupt(self)
+            self.pins.interrupt(self)
 
     def write(self, value):
         """The board writes its output latch."""
@@ -147,6 +147,23 @@ class Pins:
         for number in (sda, scl):
             self.state(number).configure("OPEN_DRAIN", None, 1)
         return bus_id
+
+    def interrupt(self, state):
+        """An edge at a pin. One interrupt for all that came while it could not be taken."""
+        if not state.pending:
+            state.pending = True
+            self.port.clock.interrupt(lambda: self._call(state))
+
+    def _call(self, state):
+        state.pending = False
+        if state.handler is None:
+            return
+        if not state.hard:
+            self.port.clock.scheduler.offer(state.handler, state.pin)
+        elif not self.port.hard.call(
+            state.handler, state.pin, "Uncaught exception in IRQ callback handler"
+        ):
+            state.handler, state.triggers = None, ()
 
     def selected(self, number, function):
         return self.state(number).function == function

@@ -12,6 +12,7 @@ from tools.virtual import viper
 from . import async_loop, board_modules, machine, micropython, ticks, traits
 from .board_import import ROOT, Importer, board_code
 from .clock import Clock
+from .hard import HardInterrupts
 from .outputs import VirtualReset
 from .peripherals import Peripherals
 from .pins import Pins
@@ -33,16 +34,19 @@ class Port:
     """A board of personality 'rp2' or 'esp32' while its `with` block runs.
 
     `buses` {id: Bus} are the I2C buses; `machine_name` a chip of traits.MACHINES; `version`
-    MicroPython's; `before_wrap_s` how long before their wrap the ticks start; `pace` None for as
-    fast as possible, 1.0 for real time; `wiring` {id: (sda, scl)} fixes the pins a bus is soldered
-    to; `reset_cause` what `machine.reset_cause()` says. `machine`, `micropython`, `rp2` or `esp32`
-    are importable inside; board code is imported afresh and sees the board's `time`, `sys`, `os`,
-    `gc`, `select`, `errno`, `asyncio` too; the host's `time` has the ticks functions added.
+    MicroPython's (rp2 has hard timers from 1.26 on); `before_wrap_s` how long before their wrap
+    the ticks start; `pace` None for as fast as possible, 1.0 for real time; `wiring` {id: (sda,
+    scl)} fixes the pins a bus is soldered to; `reset_cause` what `machine.reset_cause()` says;
+    `gc_ns` the time of a collection. `machine`, `micropython`, `rp2` or `esp32` are importable
+    inside; board code is imported afresh and sees the board's `time`, `sys`, `os`, `gc`, `select`,
+    `errno`, `asyncio` too; the host's `time` has the ticks functions added. `errors` are the
+    exceptions that left a callback, and what a hard one may not do (hard.py).
     """
 
     def __init__(
         self, platform, buses=None, *, machine_name=None, version=(1, 25, 0), before_wrap_s=None,
-        pace=None, wiring=None, reset_cause=None, root=None, call_ns=1_000, paths=(),
+        pace=None, wiring=None, reset_cause=None, root=None, call_ns=1_000, gc_ns=10_000_000,
+        paths=(),
     ):  # fmt: skip
         self.traits = traits.find(platform, machine_name)
         self.version = version
@@ -50,6 +54,8 @@ class Port:
         self.buses = dict(buses or {})
         self.root = root
         self.pins = Pins(self, wiring)
+        self.hard = HardInterrupts(self)
+        self.gc_ns = gc_ns
         self._wires = {None: Wire(self.clock, None)}
         self.peripherals = Peripherals(self)
         self._followed, self._follow_event = set(), None
@@ -63,7 +69,7 @@ class Port:
 
     def _make_modules(self, call_ns, paths):
         viper.install_types()
-        self.time = ticks.make_module(self.clock, self._before_wrap_s, call_ns)
+        self.time = ticks.make_module(self.clock, self.hard, self._before_wrap_s, call_ns)
         self.machine = machine.make_module(self)
         modules = board_modules.make_modules(self)
         del modules["esp32" if self.traits.platform == "rp2" else "rp2"]
@@ -133,7 +139,9 @@ class Port:
 
     def wire(self, bus_id):
         if bus_id not in self._wires:
-            self._wires[bus_id] = Wire(self.clock, self.buses.get(bus_id), self._after_transfer)
+            self._wires[bus_id] = Wire(
+                self.clock, self.buses.get(bus_id), self._after_transfer, self._report
+            )
         return self._wires[bus_id]
 
     def wire_at(self, sda, scl):
@@ -152,33 +160,14 @@ class Port:
         times = [bus.next_event_ns() for bus in self._followed]
         due = min((t for t in times if t is not None), default=None)
         if due is not None:
-            self._follow_event = self.clock.at(max(due, self.clock.now_ns), self._bus_events)
+            due = max(due, self.clock.now_ns)
+            self._follow_event = self.clock.hardware_at(due, self._bus_events)
 
     def _bus_events(self):
         self._follow_event = None
         for bus in self._followed:
             bus.advance(self.clock.now_ns)
         self._follow()
-
-    # interrupts
-
-    def interrupt(self, state):
-        """A pin interrupt: at once when hard, else through the schedule queue."""
-        if state.hard:
-            if not self.call_hard(state.handler, state.pin):
-                state.handler, state.triggers = None, ()
-        else:
-            self.clock.scheduler.offer(state.handler, state.pin)
-
-    def call_hard(self, function, argument):
-        """Call as a hard interrupt; False when it raised, which disables it for good."""
-        try:
-            function(argument)
-        except Exception as error:
-            print("Uncaught exception in IRQ callback handler", file=sys.stderr)
-            self._report(error)
-            return False
-        return True
 
     def _report(self, error):
         """An exception left a callback: printed, collected, and everything goes on."""
@@ -189,6 +178,7 @@ class Port:
 
     def path(self, name):
         """Host path of a file on the board; its root is where the Port was entered."""
+        self.hard.refuse("a file")
         if not isinstance(name, (str, os.PathLike)):
             return name
         return Path(self.root) / str(name).lstrip("/")

@@ -46,8 +46,8 @@ class I2CBlock:
         if self.running:
             self.wire.bus.advance(self.port.clock.now_ns)
             self.wire.bus.stop()
-        if self.wire is not None and self.wire.user is self:
-            self.wire.release()
+        if self.wire is not None:
+            self.wire.release(self)
         self.enabled = False
         self._reset()
 
@@ -83,13 +83,9 @@ class I2CBlock:
         raw = self.interrupts | (dw.TX_EMPTY if self.enabled and not self.tx else 0)
         if offset == dw.IC_STATUS:
             bits = (
-                self.busy,
-                len(self.tx) < dw.FIFO,
-                not self.tx,
-                bool(self.rx),
-                len(self.rx) == dw.FIFO,
-                self.busy,
-            )
+                self.busy, len(self.tx) < dw.FIFO, not self.tx,
+                bool(self.rx), len(self.rx) == dw.FIFO, self.busy,
+            )  # fmt: skip
             return sum(bool(bit) << place for place, bit in enumerate(bits))
         values = {
             dw.IC_RXFLR: len(self.rx), dw.IC_TXFLR: len(self.tx),
@@ -146,7 +142,8 @@ class I2CBlock:
             self._later(0)
 
     def _later(self, ns, action=None):
-        self.event = self.port.clock.at(self.port.clock.now_ns + ns, action or self._step)
+        clock = self.port.clock
+        self.event = clock.hardware_at(clock.now_ns + ns, action or self._step)
 
     def _step(self):
         """Do the next command, or hold the bus when there is none."""
@@ -165,7 +162,7 @@ class I2CBlock:
     def _command(self, wire, bit_ns):
         command = self.tx[0]
         read = bool(command & dw.CMD_READ)
-        wire.claim(self)
+        wire.claim(self, again=True)
         self.wire = wire
         wire.bus.advance(self.port.clock.now_ns)
         bits = 9
@@ -208,7 +205,7 @@ class I2CBlock:
         self.wire.bus.advance(self.port.clock.now_ns)
         self.wire.bus.stop()
         self.interrupts |= dw.STOP_DET
-        self.wire.release()
+        self.wire.release(self)
 
     def _abort(self, source):
         """The commands are flushed, their number goes to the top bits of the source, the bus gets

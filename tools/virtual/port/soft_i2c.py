@@ -2,6 +2,7 @@
 """`machine.SoftI2C`: bit-banged on any two pins, with the primitive operations."""
 
 from .i2c import Transfers
+from .wire import Collision
 
 _ENODEV = 19
 
@@ -44,8 +45,10 @@ class SoftI2C(Transfers):
         try:
             ack = wire.bit_bang_probe(addr, self._bit_ns())
             return -self._port.traits.etimedout if ack is None else (0 if ack else -_ENODEV)
+        except Collision as collision:
+            return self._collided(wire, collision)
         finally:
-            wire.release()
+            wire.release(self)
 
     def _write_bytes(self, wire, bit_ns, addr, data, stop):
         count = super()._write_bytes(wire, self._bit_ns(), addr, data, stop)
@@ -57,12 +60,12 @@ class SoftI2C(Transfers):
 
     def start(self):
         """START; the address follows as the first byte of `write`."""
-        self._wire().claim(self)
+        self._wire().claim(self, again=True)
         self._address_next = True
 
     def stop(self):
         self._wire().stop(self._bit_ns())
-        self._wire().release()
+        self._wire().release(self)
 
     def write(self, buf, /):
         """Returns the number of ACKs."""

@@ -24,7 +24,7 @@ def ticks_diff(end, start):
     return ((end - start + _HALF) & _MASK) - _HALF
 
 
-def make_module(clock, before_wrap_s=START_BEFORE_WRAP_S, call_ns=1_000):
+def make_module(clock, hard, before_wrap_s=START_BEFORE_WRAP_S, call_ns=1_000):
     """Return a `time` module; each tick read costs `call_ns`, so that a busy wait comes to its
     end.
     """
@@ -40,6 +40,7 @@ def make_module(clock, before_wrap_s=START_BEFORE_WRAP_S, call_ns=1_000):
         return (clock.now_ns // 1_000_000 + ms_offset) & _MASK
 
     def sleep_ms(ms, /):
+        hard.refuse("sleep_ms")
         clock.sleep(max(0, int(ms)) * 1_000_000)
 
     def sleep_us(us, /):
@@ -49,11 +50,13 @@ def make_module(clock, before_wrap_s=START_BEFORE_WRAP_S, call_ns=1_000):
             clock.sleep(int(us) * 1_000)
 
     def sleep(seconds, /):
+        hard.refuse("sleep")
         if seconds < 0:
             raise ValueError("sleep length must be non-negative")
         clock.sleep(int(seconds * 1e9))
 
     def now():
+        hard.refuse("time.time()", MemoryError)  # a number beyond 31 bits
         return EPOCH_START + clock.now_ns // 1_000_000_000
 
     def gmtime(seconds=None, /):

@@ -58,7 +58,9 @@ class Timer:
             self._event = None
         if not self._hard:  # also without a callback, which then is a TypeError each time
             self._port.clock.scheduler.offer(self._callback, self)
-        elif not self._port.call_hard(self._callback, self):
+        elif not self._port.hard.call(
+            self._callback, self, "uncaught exception in timer callback"
+        ):
             self.deinit()
 
 
@@ -74,6 +76,7 @@ class Rp2Timer(Timer):
         self._event = None
         if id != -1:
             raise ValueError("Timer doesn't exist")
+        self._port.hard.refuse("a new Timer", MemoryError)
         self._setup()
         if settings:
             self.init(**settings)
@@ -113,7 +116,7 @@ class Esp32Timer(Timer):
             self.init(**settings)
 
     def _hard_option(self, options):
-        if self._port.version >= (1, 26) and options.pop("hard", False):
+        if self._port.version >= (1, 27) and options.pop("hard", False):
             raise ValueError("hard Timers are not implemented")
         return False
 

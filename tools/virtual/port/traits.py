@@ -23,9 +23,12 @@ class Traits(NamedTuple):
     pin_constants: dict
     pin_names: dict
     wdt_max_ms: int
+    native: int  # code of the processor's native .mpy (py/persistentcode.h)
+    build: str
 
 
 EIO = 5
+_ARMV6M, _ARMV7EMSP, _XTENSAWIN, RV32IMC = 4, 7, 10, 11
 _RP2_PIN = {
     "IN": 0, "OUT": 1, "OPEN_DRAIN": 2, "ALT": 3, "PULL_UP": 1, "PULL_DOWN": 2,
     "IRQ_FALLING": 4, "IRQ_RISING": 8, "ALT_I2C": 3, "ALT_PWM": 4, "ALT_SIO": 5,
@@ -41,19 +44,22 @@ _ESP32_CAUSES = {
 }  # fmt: skip
 
 
-def _rp2(machine, cpu_hz, pin_count, blocks, timer):
+def _rp2(machine, cpu_hz, pin_count, blocks, timer, native=_ARMV6M, build="RPI_PICO"):
     names = {"GP%d" % n: n for n in range(pin_count)}
     names.update({"GPIO%d" % n: n for n in range(pin_count)}, LED=25)
     return Traits(
         "rp2", machine, cpu_hz, pin_count, ((4, 5), (6, 7)), 50_000, 29_000, EIO, 110,
-        blocks, timer, (-1,), _RP2_CAUSES, _RP2_PIN, names, 8388,
+        blocks, timer, (-1,), _RP2_CAUSES, _RP2_PIN, names, 8388, native, build,
     )  # fmt: skip
 
 
-def _esp32(machine, cpu_hz, pin_count, timer_count, pins=((19, 18), (26, 25))):
+def _esp32(
+    machine, cpu_hz, pin_count, timer_count, pins=((19, 18), (26, 25)), native=_XTENSAWIN,
+    build="ESP32_GENERIC",
+):  # fmt: skip
     return Traits(
         "esp32", machine, cpu_hz, pin_count, pins, 50_000, 60_000, 19, 116,
-        (), None, tuple(range(timer_count)), _ESP32_CAUSES, _ESP32_PIN, {}, 1 << 31,
+        (), None, tuple(range(timer_count)), _ESP32_CAUSES, _ESP32_PIN, {}, 1 << 31, native, build,
     )  # fmt: skip
 
 
@@ -62,17 +68,23 @@ MACHINES = {
         "Raspberry Pi Pico with RP2040", 125_000_000, 30, (0x40044000, 0x40048000), 0x40054000
     ),
     "RP2040W": _rp2(
-        "Raspberry Pi Pico W with RP2040", 125_000_000, 30, (0x40044000, 0x40048000), 0x40054000
+        "Raspberry Pi Pico W with RP2040", 125_000_000, 30, (0x40044000, 0x40048000), 0x40054000,
+        build="RPI_PICO_W",
     ),
     "RP2350": _rp2(
-        "Raspberry Pi Pico2 with RP2350", 150_000_000, 30, (0x40090000, 0x40098000), 0x400B0000
+        "Raspberry Pi Pico2 with RP2350", 150_000_000, 30, (0x40090000, 0x40098000), 0x400B0000,
+        _ARMV7EMSP, "RPI_PICO2",
     ),
     "ESP32": _esp32("Generic ESP32 module with ESP32", 160_000_000, 40, 4),
     "ESP32S3": _esp32(
-        "Generic ESP32S3 module with ESP32S3", 160_000_000, 49, 4, ((19, 18), (8, 9))
+        "Generic ESP32S3 module with ESP32S3", 160_000_000, 49, 4, ((19, 18), (8, 9)),
+        build="ESP32_GENERIC_S3",
     ),
-    "ESP32C3": _esp32("ESP32C3 module with ESP32C3", 160_000_000, 22, 2, ((19, 18),)),
-}
+    "ESP32C3": _esp32(
+        "ESP32C3 module with ESP32C3", 160_000_000, 22, 2, ((19, 18),), RV32IMC,
+        "ESP32_GENERIC_C3",
+    ),
+}  # fmt: skip
 DEFAULT = {"rp2": "RP2040", "esp32": "ESP32"}
 
 

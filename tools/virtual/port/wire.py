@@ -10,24 +10,57 @@ class BusInUse(RuntimeError):
     """Two masters' transfers overlap on one bus: on the board both would be corrupted."""
 
 
+class Collision(Exception):
+    """An interrupt took the bus in the middle of this transfer; `reading` when it was a read."""
+
+    def __init__(self, reading):
+        super().__init__("the bus was taken by an interrupt")
+        self.reading = reading
+
+
 class Wire:
     """One bus of a Port: its pins, the clock it spends, and who is using it."""
 
-    def __init__(self, clock, bus, after=None):
+    def __init__(self, clock, bus, after=None, complain=None):
         self.clock = clock
         self.bus = bus if bus is not None else Bus()
         self.user = None  # who is in the middle of a transaction
         self.after = after or (lambda wire: None)  # the devices' next events may have changed
+        self.complain = complain or (lambda error: None)  # takes a BusInUse that nobody can catch
 
-    def claim(self, user):
-        """Start using the wires; BusInUse when somebody else is in the middle of a transaction."""
-        if self.user is not None and self.user is not user:
-            raise BusInUse("%s started while %s was using the bus" % (user, self.user))
+    def claim(self, user, again=False):
+        """Start using the wires, or go on when `again`.
+
+        BusInUse for a program that finds somebody in the middle of a transaction. An interrupt
+        does not look: it disables the block, and whoever used it finds a Collision.
+        """
+        if self.user is not None and not (again and self.user is user):
+            error = BusInUse("%s started while %s was using the bus" % (user, self.user))
+            if self.clock.in_foreground:
+                raise error
+            self.complain(error)
+            self._cut_off()
         self.user = user
 
-    def release(self):
-        self.user = None
-        self.after(self)
+    def _cut_off(self):
+        if hasattr(self.user, "disable"):  # a burst in the background: flushed
+            self.user.disable()
+        else:
+            self.bus.advance(self.clock.now_ns)
+            self.bus.stop()
+
+    def release(self, user):
+        """Stop using the wires, unless they were taken by somebody else meanwhile."""
+        if self.user is user:
+            self.user = None
+            self.after(self)
+
+    def spend(self, ns, reading=False):
+        """Let a transfer's time pass; Collision when an interrupt has taken the bus in it."""
+        user = self.user
+        self.clock.hold(ns)
+        if self.user is not user:
+            raise Collision(reading)
 
     def start(self, address, read, bit_ns):
         """START, address and direction; True for ACK."""
@@ -35,25 +68,25 @@ class Wire:
         try:
             return self.bus.start(address, read)
         finally:
-            self.clock.hold(10 * bit_ns)
+            self.spend(10 * bit_ns, read)
 
     def write(self, value, bit_ns):
         self.bus.advance(self.clock.now_ns)
         try:
             return self.bus.write(value)
         finally:
-            self.clock.hold(9 * bit_ns)
+            self.spend(9 * bit_ns)
 
     def read(self, last, bit_ns):
         self.bus.advance(self.clock.now_ns)
         value = self.bus.read(last)
-        self.clock.hold(9 * bit_ns)
+        self.spend(9 * bit_ns, True)
         return value
 
     def stop(self, bit_ns):
         self.bus.advance(self.clock.now_ns)
         self.bus.stop()
-        self.clock.hold(bit_ns)
+        self.spend(bit_ns)
 
     def bit_bang_probe(self, address, bit_ns):
         """START, address for writing and STOP by hand, as a zero-length write does it; True when
@@ -74,7 +107,7 @@ class Wire:
                 ack = self.bus.start(address, False)
             except ArbitrationLost:  # bit-banging does not notice; it sees no acknowledge
                 ack = False
-        self.clock.hold(10 * bit_ns)
+        self.spend(10 * bit_ns)
         if self.bus.scl:
             self.stop(bit_ns)
         return ack

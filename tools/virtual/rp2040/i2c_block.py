@@ -9,8 +9,9 @@ that works the registers itself would notice:
   it) and when an abort flushes the FIFO, so that a NACK is EIO and not a time-out;
 - IC_TX_ABRT_SOURCE is cleared by IC_CLR_TX_ABRT and not by looking at it, and until then
   commands are dropped;
-- IC_ENABLE = 0 forgets an abort and ends a transfer that hangs on a held line. Others go on: the
-  SDK disables the block for an instant between the two halves of a repeated start.
+- IC_ENABLE = 0 forgets an abort, empties both FIFOs and ends a byte under way with a STOP: so an
+  interrupt's transfer in the middle of another one ruins that, as on the chip. Between two bytes
+  the bus stays taken: the SDK disables the block between the two halves of a repeated start.
 """
 
 from rp2040py.peripherals import i2c
@@ -165,7 +166,10 @@ class I2CBlock(i2c.RPI2C):
         super().write_uint32(offset, value)
 
     def _disable(self):
-        if self._hung:
+        self._tx_fifo.reset()
+        self._rx_fifo.reset()
+        self._clear_interrupts(i2c.R_RX_FULL)
+        if self._hung or self._busy:
             self._give_up()
         if self._state == i2c.I2CState.IDLE:
             self.abort_source = 0

@@ -1,37 +1,37 @@
 # SPDX-License-Identifier: MIT
-"""The integer Attitude's gyro bias in motion: attitude.BiasView, one tick after each block.
+"""The integer Attitude's gyro bias in motion: attitude.BiasView, one sample after each block.
 
 A bias is fixed to the sensor, the level loop to the earth and slow, so the attitude matrix goes
 through the loop's own third-order filter; the loop's position projected on it is the bias.
-Formats: slow, step.
+Places and formats: this folder's __init__.
 """
 
 import micropython
 from micropython import const
 
-_K = const(30)  # the gain times dt, Q24, is K << 9 - K_SHIFT
-_K_SHIFT = const(31)
-_W = const(34)
-_X = const(35)
-_Y = const(36)
-_Z = const(37)
-_BIAS = const(42)
-_PX = const(50)
-_PY = const(51)
-_HOME_BIAS = const(72)
-_AGE = const(79)
-_STILL = const(80)
-_LEARNED = const(82)
-_KNOWN = const(85)
-_TILT = const(87)  # six each, Q24: earth x in sensor axes, earth y in sensor axes
-_VELOCITY = const(93)
-_POSITION = const(99)
-_N = const(105)
-_LIMIT_BIAS = const(111)
-_REST = const(113)
-_QUICK = const(120)  # blocks
-_KNOWN_MAX = const(121)
-_LEARN_AGE = const(122)
+_K = const(74)
+_K_SHIFT = const(75)
+_W = const(56)
+_X = const(57)
+_Y = const(58)
+_Z = const(59)
+_BIAS = const(64)
+_PX = const(72)
+_PY = const(73)
+_HOME_BIAS = const(107)
+_AGE = const(114)
+_STILL = const(115)
+_LEARNED = const(117)
+_KNOWN = const(120)
+_TILT = const(122)
+_VELOCITY = const(128)
+_POSITION = const(134)
+_N = const(33)
+_LIMIT_BIAS = const(39)
+_REST = const(41)
+_QUICK = const(48)
+_KNOWN_MAX = const(49)
+_LEARN_AGE = const(50)
 _MOST = const(26214)  # 0.05 g, Q19: more is no bias but a wrong attitude
 
 
@@ -39,7 +39,7 @@ _MOST = const(26214)  # 0.05 g, Q19: more is no bias but a wrong attitude
 def view(array):
     """Follow the attitude by one block; away from rest, learn."""
     s = ptr32(array)
-    if s[_STILL] == s[_REST]:
+    if s[_STILL] >= s[_REST]:
         return
     x = s[_X] + 16384 >> 15
     y = s[_Y] + 16384 >> 15
@@ -103,7 +103,8 @@ def view(array):
         # g Q19 times Q14, times gain, in inc Q8 per sample: 2^33 / dt cancels to 2^-21 below
         p = (s[_POSITION + 3 + i] >> 10) * x - (s[_POSITION + i] >> 10) * y
         p = (p >> 15) * g + ((p & 0x7FFF) * g >> 15) >> k
-        p = s[_BIAS + i] - s[_HOME_BIAS + i] + (p << 1) // t
+        # rounded: what is cut off would pile up in the axis that nobody sees, yaw
+        p = s[_BIAS + i] - s[_HOME_BIAS + i] + ((p << 1) + (t >> 1)) // t
         if p > w:
             p = w
         elif p < 0 - w:

@@ -3,23 +3,25 @@
 
 from micropython import const
 
-from attitude.fixed.folding import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
+from attitude.counts import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
+from attitude.fixed.folding import mantissa
 
-_INC_PER_DPS = 4685077.9  # 2^30 / 4 in radians: times dt it is "inc", see step
+INC_PER_DPS = 4685077.9  # 2^30 / 4 in radians: times dt it is "inc"
 _FULL_SCALE = 32768 * 1.9  # of three axes and a calibration together
 _SPREAD = 0.7  # rad: longest lag_s * rate that the lag correction's formats hold
 
-# places and formats: step and slow
-_E_SHIFT = const(25)
-_LAG_PRE = const(26)
-_LAG = const(27)
-_LAG_POST = const(28)
-_ONE = const(29)
-_K_SHIFT = const(31)
-_COUNT = const(33)
-_W = const(34)
-_LEFT = const(52)
-_N = const(105)  # the first of slow's coefficients, which follow in its order
+# places and formats: this folder's __init__
+_E_SHIFT = const(28)
+_LAG_PRE = const(29)
+_LAG = const(30)
+_LAG_POST = const(31)
+_ONE = const(32)
+_N = const(33)
+
+
+def samples(rate_hz):
+    """How many samples a block has at this rate."""
+    return max(1, int(rate_hz * 0.02 + 0.5))
 
 
 def set_up(
@@ -39,28 +41,31 @@ def set_up(
     start_bias_dps=20.0,
     lag_s=0.0048,
 ):
-    """Fill the coefficients and the start state of the array s.
+    """Fill the array s from E_SHIFT on.
 
     start_bias_dps at most 40. lag_s is cut at what the range allows: 10 ms at 2000 deg/s.
+    ValueError says what is wrong.
     """
-    if min(tau_s, fast_dps, rest_tau_s, bias_tau_s, rest_bias_s, rest_s) <= 0:
+    if not min(tau_s, fast_dps, rest_tau_s, bias_tau_s, rest_bias_s, rest_s) > 0:
         raise ValueError("time constants must be positive")
-    if start_bias_dps > 40 or bias_limit_dps > start_bias_dps:
+    if not (start_bias_dps <= 40 and bias_limit_dps <= start_bias_dps):
         raise ValueError("start_bias_dps: at most 40, and not below bias_limit_dps")
+    if not lag_s >= 0:
+        raise ValueError("lag_s: must not be negative")
     dt = 1.0 / rate_hz
-    n = max(1, int(rate_hz * 0.02 + 0.5))
+    n = samples(rate_hz)
     span = n * dt
-    inc = _INC_PER_DPS * dt
+    inc = INC_PER_DPS * dt
     lsb_per_g = ACCEL_LSB_PER_G[accel_g]
 
     s[_E_SHIFT] = {16: 0, 8: 1, 4: 2, 2: 3}[accel_g]
     dps = _FULL_SCALE / GYRO_LSB_PER_DPS[gyro_dps]
     lag_s = min(lag_s, _SPREAD / (dps * 0.0174533))
     _lag(s, inc * dps, lag_s * 4.0 / dt / 32768.0)
-    s[_ONE] = s[_W] = 1 << 30
+    s[_ONE] = 1 << 30
     young = max(1, int(tau_s / span + 0.99))
     fast = _gain(dt / tau_s) / (fast_dps * inc * n)
-    fast, fast_shift = _mantissa(fast * 32768.0)
+    fast, fast_shift = mantissa(fast * 32768.0)
     coefficients = (
         n,
         32768.0 * min(1.0, span / 0.5),
@@ -84,24 +89,13 @@ def set_up(
         32768.0 * min(1.0, span / 3.0),
         fast,
         fast_shift,
-        n - 1,  # where in the block the view of the bias follows
     )
     for i, value in enumerate(coefficients):
         s[_N + i] = int(value)
-    s[_COUNT] = s[_LEFT] = 1  # the first block is the first sample: it levels
-    s[_K_SHIFT] = 9
 
 
 def _gain(k):
     return 16777216.0 * min(k, 0.249999)
-
-
-def _mantissa(value):
-    """(m, shift): value is m / 2^shift, with m of 15 bits or the shift 29."""
-    shift = 0
-    while shift < 29 and value * (2 << shift) < 32768.0:
-        shift += 1
-    return int(value * (1 << shift)), shift
 
 
 def _lag(s, largest, ratio):
@@ -109,4 +103,4 @@ def _lag(s, largest, ratio):
     while largest / (1 << pre) >= 32768.0:
         pre += 1
     s[_LAG_PRE] = pre
-    s[_LAG], s[_LAG_POST] = _mantissa(ratio * (1 << pre))
+    s[_LAG], s[_LAG_POST] = mantissa(ratio * (1 << pre))

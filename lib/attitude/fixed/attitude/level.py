@@ -1,24 +1,42 @@
 # SPDX-License-Identifier: MIT
-"""Levelling the integer attitude: rare, so it has its own function and takes its time."""
+"""Levelling the integer attitude and beginning anew: rare, so it has its own functions and
+takes its time. Places and formats: this folder's __init__.
+"""
 
 import micropython
 from micropython import const
 
 from attitude.fixed.intmath import isqrt
 
-_ONE = const(29)
-_W = const(34)
-_X = const(35)
-_Y = const(36)
-_Z = const(37)
-_TRIM = const(38)
+_ONE = const(32)
+_W = const(56)
+_X = const(57)
+_Y = const(58)
+_Z = const(59)
+_TRIM = const(60)
+_BIAS = const(64)
+_FRACTION = const(67)
+_K_SHIFT = const(75)
+_LEFT = const(77)
+_BEGIN = const(81)
+_SUM = const(82)
+_ROLL = const(88)
+_RATES = const(91)
+_HOME = const(104)
+_UP = const(110)
+_RESTED = const(116)
+_MOVED = const(118)
+_SPEED = const(119)
+_GAIN = const(121)
+_STATE = const(55)
+_STATE_END = const(140)
 
 
 @micropython.viper
 def turn(array, w: int, x: int, y: int, z: int):
     """q <- (w, x, y, z) q, a rotation of the earth frame of any length below 2^30.
 
-    array is the filter's, see step. The turn's angle has an error of 1e-4 of itself.
+    array is the filter's. The turn's angle has an error of 1e-4 of itself.
     All zero is half a turn about x.
     """
     s = ptr32(array)
@@ -112,3 +130,55 @@ def without_yaw(array):
     else:
         n += c
     turn(array, n << 14, 0, 0, 0 - (z << 14))
+
+
+@micropython.viper
+def begin(array):
+    """Forget everything; the next sample levels, with yaw 0."""
+    s = ptr32(array)
+    end = _STATE_END
+    i = _STATE
+    while i < end:
+        s[i] = 0
+        i += 1
+    s[_W] = s[_ONE]
+    s[_K_SHIFT] = 9
+    s[_LEFT] = 1  # the first block is the first sample: it levels
+    s[_BEGIN] = 2
+
+
+@micropython.viper
+def begin_again(array):
+    """The next samples level anew; attitude, bias and what is known of the bias stay till then."""
+    s = ptr32(array)
+    end = _STATE_END
+    i = _TRIM
+    while i < _BIAS:
+        s[i] = 0
+        i += 1
+    i = _FRACTION
+    while i < _BEGIN:
+        s[i] = 0
+        i += 1
+    i = _SUM
+    while i < _ROLL:
+        s[i] = 0
+        i += 1
+    i = _RATES
+    while i < _HOME:
+        s[i] = 0
+        i += 1
+    i = _UP
+    while i < _RESTED:
+        s[i] = 0
+        i += 1
+    s[_SPEED] = 0
+    i = _GAIN
+    while i < end:
+        s[i] = 0
+        i += 1
+    s[_K_SHIFT] = 9
+    s[_LEFT] = 1
+    if s[_BEGIN] == 0:
+        s[_BEGIN] = 1
+    s[_MOVED] = 1  # who knows

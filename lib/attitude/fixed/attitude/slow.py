@@ -2,9 +2,8 @@
 """What the integer Attitude does once per block of samples, about 50 times a second.
 
 Rest, gyro bias at rest, gain, and whether the attitude is lost: the slow part of
-attitude.Attitude and attitude.GyroBias in integers. "inc" and Qn: see step. A block's
-sums are not divided: "sum" is inc times samples, so that the bias keeps a resolution of
-1e-5 deg/s. Spans of time are counts of blocks.
+attitude.Attitude and attitude.GyroBias in integers. Places and formats: this folder's __init__.
+A block's sums are not divided, so that the bias keeps a resolution of 1e-5 deg/s.
 """
 
 import micropython
@@ -12,59 +11,59 @@ from micropython import const
 
 from attitude.fixed.attitude.level import level, without_yaw
 
-_ONE = const(29)
-_K = const(30)  # gain * dt = K / 2^(15 + SHIFT), see step
-_K_SHIFT = const(31)
-_K_HALF = const(32)
-_COUNT = const(33)  # samples in this block: the first one has one, and levels
-_W = const(34)
-_X = const(35)
-_Y = const(36)
-_Z = const(37)
-_BIAS = const(42)  # three: inc Q8
-_VX = const(48)
-_VY = const(49)
-_PX = const(50)
-_PY = const(51)
-_LEFT = const(52)
-_OVER = const(53)
-_SUM = const(54)  # six
-_MEAN = const(63)  # six: sums of the last half second, the accelerometer's in Q6
-_HOME = const(69)  # three: the bias as last seen at rest, sum
-_HOME_BIAS = const(72)  # three: the same, inc Q8
-_UP = const(75)  # three: acceleration in the earth frame, counts * samples
-_UP_SAMPLES = const(78)
-_AGE = const(79)
-_STILL = const(80)
-_RESTED = const(81)
-_LEARNED = const(82)
-_MOVED = const(83)
-
-_SPEED = const(84)  # sum of the axes' |rate| over some seconds, sum
-
-_KNOWN = const(85)  # how long the bias has been watched; 87-104: bias_view
-_GAIN = const(86)  # gain * dt, Q24
-_TILT = const(87)
-_VIEW_END = const(105)
-
-_N = const(105)  # samples in a block
-_MEAN_K = const(106)  # Q15
-_STILL_GYRO = const(107)  # sum
-_STILL_ACCEL = const(108)  # counts * samples, Q6
-_LIMIT = const(109)  # two, sum: bias that is believed before and after the first rest; Q8: 111
-_REST = const(113)
-_RESTED_MAX = const(114)
-_YOUNG = const(115)
-_RAMP = const(116)  # gain * dt, Q24, times age
-_K_MOTION = const(117)  # gain * dt, Q24
-_K_REST = const(118)
-_HALF_G = const(119)  # counts
-_KNOWN_MAX = const(121)
-_LEARN_AGE = const(122)
-_LOST = const(123)  # samples
-_SPEED_K = const(124)  # Q15
-_FAST = const(125)  # speed to gain * dt, Q24: times FAST / 2^15 >> FAST_SHIFT
-_FAST_SHIFT = const(126)
+_ONE = const(32)
+_K = const(74)
+_K_SHIFT = const(75)
+_K_HALF = const(76)
+_COUNT = const(78)
+_W = const(56)
+_X = const(57)
+_Y = const(58)
+_Z = const(59)
+_BIAS = const(64)
+_VX = const(70)
+_VY = const(71)
+_PX = const(72)
+_PY = const(73)
+_LEFT = const(77)
+_OVER = const(79)
+_DUE = const(80)
+_BEGIN = const(81)
+_SUM = const(82)
+_AT_REST = const(97)
+_MEAN = const(98)
+_HOME = const(104)
+_HOME_BIAS = const(107)
+_UP = const(110)
+_UP_SAMPLES = const(113)
+_AGE = const(114)
+_STILL = const(115)
+_RESTED = const(116)
+_LEARNED = const(117)
+_MOVED = const(118)
+_SPEED = const(119)
+_KNOWN = const(120)
+_GAIN = const(121)
+_TILT = const(122)
+_VIEW_END = const(140)
+_N = const(33)
+_MEAN_K = const(34)
+_STILL_GYRO = const(35)
+_STILL_ACCEL = const(36)
+_LIMIT = const(37)
+_REST = const(41)
+_RESTED_MAX = const(42)
+_YOUNG = const(43)
+_RAMP = const(44)
+_K_MOTION = const(45)
+_K_REST = const(46)
+_HALF_G = const(47)
+_KNOWN_MAX = const(49)
+_LEARN_AGE = const(50)
+_LOST = const(51)
+_SPEED_K = const(52)
+_FAST = const(53)
+_FAST_SHIFT = const(54)
 
 
 @micropython.viper
@@ -72,14 +71,26 @@ def slow(array):
     """Take the block's sums, start the next block."""
     s = ptr32(array)
     n = s[_N]
-    first = s[_COUNT] < n
+    begin = s[_BEGIN]
     learned = s[_LEARNED]
-    rested = s[_STILL] == s[_REST]
+    rest = s[_REST]
+    rested = s[_STILL] >= rest
+
+    # as if it had had n samples, whatever the period; one at the beginning
+    samples = s[_COUNT]
+    k = 1 if begin else n
+    if samples != k:
+        i = _SUM
+        while i < _SUM + 6:
+            t = s[i]
+            s[i] = t // samples * k + t % samples * k // samples
+            i += 1
+    samples = k
 
     # half-second means; still: all near their mean, gyro near its bias
     k = s[_MEAN_K]
     d = 1
-    if first:
+    if begin:
         k = 32768
         d = n
     limit = s[_LIMIT + learned]
@@ -88,7 +99,7 @@ def slow(array):
     still = 1
     i = _MEAN
     while i < _MEAN + 3:
-        t = s[i - 9] * d  # a sum
+        t = s[i - 16] * d  # a sum
         m = t - s[i + 6]  # its home
         if m > limit or m < 0 - limit or t > far or t < 0 - far:
             still = 0
@@ -103,7 +114,7 @@ def slow(array):
     d <<= 6
     while i < _MEAN + 6:
         m = s[i]
-        t = s[i - 9] * d - m
+        t = s[i - 16] * d - m
         s[i] = m + (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
         t -= s[i] - m
         if t > bound or t < 0 - bound:
@@ -111,16 +122,17 @@ def slow(array):
         i += 1
     if still == 0:
         s[_MOVED] = 1
-    elif first:
+    elif begin:
         still = 0
     else:
         still = s[_STILL] + 1
-        if still > s[_REST]:
-            still = s[_REST]
+        if still > rest:
+            still = rest
     s[_STILL] = still
+    s[_AT_REST] = 1 if still == rest else 0
 
     # at rest the gyro reads its bias; in motion it errs by parts of its rate
-    if still == s[_REST]:
+    if still == rest:
         d = s[_RESTED] + 1
         if d > s[_RESTED_MAX]:
             d = s[_RESTED_MAX]
@@ -191,11 +203,15 @@ def slow(array):
     while i < _SUM + 6:
         s[i] = 0
         i += 1
-    alone = s[_UP_SAMPLES] == 0
-    k = s[_UP_SAMPLES] + s[_COUNT]
+    k = s[_UP_SAMPLES] + samples
     s[_UP_SAMPLES] = k
-    s[_COUNT] = n
-    s[_LEFT] = n
+    s[_COUNT] = 0
+    # what is over counts, or no block would ever be shorter; one that ended early has nothing over
+    t = s[_LEFT]
+    t = (n << 15) + t if t < 0 else n << 15
+    s[_LEFT] = t if t > 0 else 1
+    s[_BEGIN] = 0
+    s[_DUE] = 1
 
     # at first the mean of all acceleration so far is up; later one that is more than 45 degrees
     # away over two seconds is no acceleration but a lost attitude: start again
@@ -207,7 +223,7 @@ def slow(array):
     if age < s[_YOUNG]:
         t = int(level(array, x, y, z, s[_HALF_G] * k))
         if t:
-            if alone:
+            if begin == 2:
                 without_yaw(array)
             s[_UP] = 0
             s[_UP + 1] = 0
@@ -229,7 +245,7 @@ def slow(array):
         s[_OVER] = 0
         if age > s[_YOUNG]:
             age = s[_YOUNG]
-    if not first:
+    if not begin:
         age += 1
         if age > s[_LEARN_AGE]:
             age = s[_LEARN_AGE] + 1
@@ -240,7 +256,7 @@ def slow(array):
         fast += s[_K_MOTION]
         if gain < fast:
             gain = fast
-        if still == s[_REST] and gain < s[_K_REST]:
+        if still == rest and gain < s[_K_REST]:
             gain = s[_K_REST]
     now = gain
     k = 9
@@ -255,7 +271,7 @@ def slow(array):
     t = s[_GAIN]
     s[_GAIN] = now
     k = -1
-    if still == s[_REST]:
+    if still == rest:
         if not rested:
             k = 0
     elif rested:

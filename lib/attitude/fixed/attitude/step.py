@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: MIT
 """The step of the integer Attitude: one viper function, since a call costs as much as a filter.
 
-Qn is a number times 2^n. "inc" is a rate times dt / 4 in 2^-30 rad, so that the sum of two is
-the trapezoid's half angle. No intermediate result leaves 32 bits for any counts; the bounds it
-rests on, all the same for any range, rate (folding.check_rate) and calibration (folding):
+Places and formats: this folder's __init__. The sum of two "inc" is the trapezoid's half angle.
+No intermediate result leaves 32 bits for any counts; the bounds it rests on, all the same for any
+range, rate (folding.check_rate) and calibration (folding):
 
     calibrated accelerometer   65000 counts: 2^16, so times a Q15 matrix element below 2^31
+    STEP                       at most 1.05 * 2^15; so is K times STEP by 2^15
     half angle of a sample     0.42 rad: 2^28.8; its square Q30 below 2^28
     |q|                        1 within 0.25 %, as the trim follows each turn by one sample
     level acceleration e       55 g * 2^24 = 2^29.8; velocity clamped to 64 g, position to 15.5 g,
                                so e - 2 p and v - 2 p are below 2^30.7
     correction of a sample     clamped to 0.05 rad of half angle
     lag_s * rate               1.2 rad Q15 (coefficients cuts lag_s)
+    a block's sum of inc       2^28.4 for N samples; it ends at four times as many
 
 The tests run it under the checked viper with inputs made to break these.
 """
@@ -22,32 +24,43 @@ from micropython import const
 from attitude.fixed.attitude.bias_view import view
 from attitude.fixed.attitude.slow import slow
 
-_GYRO_SHIFT = const(24)  # 0-11 accelerometer Q14, 12-23 gyro to inc: see folding
-_E_SHIFT = const(25)  # counts * 2^13 -> g * 2^24
-_LAG_PRE = const(26)  # lag_s * rate, an angle Q15, is (inc >> PRE) * LAG >> POST
-_LAG = const(27)
-_LAG_POST = const(28)
-_ONE = const(29)  # 2^30, which is no small integer
-_K = const(30)  # gain * dt = K / 2^(15 + SHIFT), K below 2^15
-_K_SHIFT = const(31)
-_K_HALF = const(32)  # 2^(SHIFT - 1), to round
-_W = const(34)  # quaternion, sensor to earth, Q30
-_X = const(35)
-_Y = const(36)
-_Z = const(37)
-_TRIM = const(38)  # (|q|^2 - 1) / 2, Q18: what the next sample takes off
-_VX = const(48)  # velocity and position that should not be there, g * 2^24
-_VY = const(49)
-_PX = const(50)
-_PY = const(51)
-_LEFT = const(52)  # samples until the block is full
-_OVER = const(53)  # the gyro was over its range in this block
-_ROLL = const(60)  # roll, pitch, yaw in millidegrees
-_YAW = const(62)
-_VIEW_AT = const(127)
-
-# 39-41 inc of the last sample without bias, 42-44 bias as inc Q8, 45-47 its fraction that waits,
-# 54-59 sums of the block: inc with the bias in it, calibrated accelerometer counts
+_ACCEL = const(0)
+_GYRO = const(12)
+_GYRO_SHIFT = const(24)
+_STEP = const(25)
+_RATE = const(26)
+_RATE_SHIFT = const(27)
+_E_SHIFT = const(28)
+_LAG_PRE = const(29)
+_LAG = const(30)
+_LAG_POST = const(31)
+_ONE = const(32)
+_N = const(33)
+_SEQ = const(55)
+_W = const(56)
+_X = const(57)
+_Y = const(58)
+_Z = const(59)
+_TRIM = const(60)
+_LAST = const(61)
+_BIAS = const(64)
+_FRACTION = const(67)
+_VX = const(70)
+_VY = const(71)
+_PX = const(72)
+_PY = const(73)
+_K = const(74)
+_K_SHIFT = const(75)
+_K_HALF = const(76)
+_LEFT = const(77)
+_COUNT = const(78)
+_OVER = const(79)
+_DUE = const(80)
+_SUM = const(82)
+_ROLL = const(88)
+_YAW = const(90)
+_RATES = const(91)
+_FORCE = const(94)
 
 
 @micropython.viper
@@ -71,29 +84,42 @@ def step(self, counts: ptr16):
     gx = (s[12] * x + s[13] * y + s[14] * z + s[21]) >> s[_GYRO_SHIFT]
     gy = (s[15] * x + s[16] * y + s[17] * z + s[22]) >> s[_GYRO_SHIFT]
     gz = (s[18] * x + s[19] * y + s[20] * z + s[23]) >> s[_GYRO_SHIFT]
-    s[54] += gx
-    s[55] += gy
-    s[56] += gz
-    s[57] += ax
-    s[58] += ay
-    s[59] += az
+    s[_SUM] += gx
+    s[_SUM + 1] += gy
+    s[_SUM + 2] += gz
+    s[_SUM + 3] += ax
+    s[_SUM + 4] += ay
+    s[_SUM + 5] += az
+
+    s[_FORCE] = ax
+    s[_FORCE + 1] = ay
+    s[_FORCE + 2] = az
 
     # rates less bias; half angle of this sample by the trapezoid rule, Q30
-    t = s[42] + s[45]
+    t = s[_BIAS] + s[_FRACTION]
     gx -= t >> 8
-    s[45] = t & 255
-    t = s[43] + s[46]
+    s[_FRACTION] = t & 255
+    t = s[_BIAS + 1] + s[_FRACTION + 1]
     gy -= t >> 8
-    s[46] = t & 255
-    t = s[44] + s[47]
+    s[_FRACTION + 1] = t & 255
+    t = s[_BIAS + 2] + s[_FRACTION + 2]
     gz -= t >> 8
-    s[47] = t & 255
-    x = gx + s[39]
-    y = gy + s[40]
-    z = gz + s[41]
-    s[39] = gx
-    s[40] = gy
-    s[41] = gz
+    s[_FRACTION + 2] = t & 255
+    m = s[_STEP]
+    t = gx + s[_LAST]
+    x = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
+    t = gy + s[_LAST + 1]
+    y = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
+    t = gz + s[_LAST + 2]
+    z = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
+    s[_LAST] = gx
+    s[_LAST + 1] = gy
+    s[_LAST + 2] = gz
+    m = s[_RATE]
+    n = s[_RATE_SHIFT]
+    s[_RATES] = (gx >> 15) * m + ((gx & 0x7FFF) * m >> 15) >> n
+    s[_RATES + 1] = (gy >> 15) * m + ((gy & 0x7FFF) * m >> 15) >> n
+    s[_RATES + 2] = (gz >> 15) * m + ((gz & 0x7FFF) * m >> 15) >> n
 
     # sin|x| / |x| = 1 - f, f Q20; 1 - cos|x| and the trim of |q| are g, Q18
     xh = (x + 16384) >> 15
@@ -153,7 +179,7 @@ def step(self, counts: ptr16):
     r12 = (jh * kh - wh * ih + 8192) >> 14
 
     # level part of the acceleration, twice integrated with a leak, all in g * 2^24
-    m = s[_K]
+    m = s[_K] * s[_STEP] >> 15
     n = s[_K_SHIFT]
     half = s[_K_HALF]
     px = s[_PX]
@@ -220,12 +246,16 @@ def step(self, counts: ptr16):
     s[_Y] = qy + yh * wh - xh * kh + ((j * wh - i * kh + 16384) >> 15)
     s[_Z] = qz + xh * jh - yh * ih + ((i * jh - j * ih + 16384) >> 15)
 
-    t = s[_LEFT] - 1
-    s[_LEFT] = t
-    if t == 0:
-        slow(self._s)
-    if t == s[_VIEW_AT]:  # one sample later, so that the work is spread
+    s[_SEQ] = (s[_SEQ] + 1) & 0x3FFFFFFF
+    k = s[_COUNT] + 1
+    s[_COUNT] = k
+    if s[_DUE]:  # one sample later, so that the work is spread
+        s[_DUE] = 0
         view(self._s)
+    t = s[_LEFT] - s[_STEP]
+    s[_LEFT] = t
+    if t <= 0 or k > s[_N] << 2:
+        slow(self._s)
 
     # rotation matrix, Q15, its last row in (i, j, k), and how far |q| is off
     wh = (s[_W] + 16384) >> 15

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""The sensor's bus, shared with the tick, which may come at any instant.
+
+    with app.bus:
+        display.show()          # any device of yours on the same two wires
+
+While it is held the tick begins no burst and takes none: it predicts, and counts those ticks
+("busy" in app.stats()). A tick that was turned away goes first the next time, so a loop that
+reads all the time cannot starve it.
+"""
+
+import time
+from array import array
+
+from micropython import const
+
+# places; the tick reads the first and sets the second
+_HELD = const(0)  # how many hold it, one within the other
+_TURNED_AWAY = const(1)
+
+_PATIENCE_MS = const(30)  # two periods at the lowest rate, and a little
+_LOOK_US = const(50)
+
+
+class Bus:
+    """A lock that is taken before anything is looked at. words: for the tick.
+
+    patient: whether take() lets a waiting tick go first; a callback of the scheduler must not,
+    since a soft tick waits for it.
+    """
+
+    def __init__(self):
+        self.words = array("i", (0, 0))
+        self.patient = True
+        self.finish = None  # the driver's: waits for a burst under way
+
+    @property
+    def held(self):
+        """Whether somebody holds it."""
+        return self.words[_HELD] > 0
+
+    def take(self):
+        """From now on the tick leaves the bus alone."""
+        words = self.words
+        if self.patient and not words[_HELD] and words[_TURNED_AWAY]:
+            began = time.ticks_ms()
+            while words[_TURNED_AWAY] and time.ticks_diff(time.ticks_ms(), began) < _PATIENCE_MS:
+                time.sleep_us(_LOOK_US)
+            words[_TURNED_AWAY] = 0
+        words[_HELD] += 1
+        if self.finish:
+            self.finish()
+
+    def release(self):
+        """The tick may have it again."""
+        self.words[_HELD] -= 1
+
+    def forget(self):
+        """No tick waits: the loop has ended."""
+        self.words[_TURNED_AWAY] = 0
+
+    def __enter__(self):
+        self.take()
+        return self
+
+    def __exit__(self, *error):
+        self.release()
+        return False

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""What is scheduled after a tick: all that may allocate, wait or raise. One door for it.
+
+The tick schedules after() when something is due, at most once at a time; it runs between two
+bytecodes of the main program. While the main program is stuck in C code nothing of this happens,
+and the tick goes on predicting, steering and keeping outputs safe.
+"""
+
+import sys
+
+from micropython import const
+
+from firmware import wiring
+from firmware.faults import policy
+
+# places: firmware.tick.words, firmware.tick.timing
+_AGE_US = const(3)
+_STALE_US = const(5)
+_DUE = const(12)
+_WAITING = const(14)
+_AGAIN = const(25)
+_COUNT = const(30)
+_TICKS = const(5)
+_AT_REST = const(11)  # firmware.tick.estimate
+
+_LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
+_CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
+_CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
+
+
+class Foreground:
+    """The app's soft world. `app`: firmware.app.App, whose parts it calls."""
+
+    def __init__(self, app):
+        self._app = app
+        self._words = app.tick.words
+        self._ticks = app.tick.timing.words
+        self.after = self._after  # a bound method is a heap block: made once
+        self.errors = 0
+        self.error = None
+        self.wire(250, 5)
+
+    def wire(self, rate_hz, correct_every):
+        """For a loop of rate_hz that begins anew."""
+        self._look_every = max(1, int(rate_hz) // _LOOKS_HZ)
+        self._correct_every = correct_every
+        self._seen = self._looked = 0
+        self._looks = 0
+        self._clock_off = False
+
+    def _after(self, _):
+        words, app = self._words, self._app
+        words[_WAITING] = 0
+        bus = app.bus
+        patient, bus.patient = bus.patient, False  # a soft tick cannot run while this does
+        try:
+            self._work(app)
+        except Exception as error:
+            self.errors += 1
+            if self.error is None:
+                sys.print_exception(error)
+            self.error = error
+        bus.patient = patient
+        looked = self._ticks[_TICKS] - self._looked
+        due = 1 if self._busy(app) else max(1, self._look_every - looked)
+        words[_DUE] = min(due, app.stream.calls) if app.stream.on else due
+
+    def _busy(self, app):
+        """Whether every tick is to be followed by this."""
+        return app.outputs.soft or app.telemetry.on or app.loop.read or not app.mend.well
+
+    def _work(self, app):
+        ticks = self._ticks[_TICKS]
+        missed = max(0, ticks - self._seen - 1)
+        self._seen = ticks
+        if self._words[_AGAIN]:
+            app.outputs.mend()
+        if not app.mend.well:
+            app.mend.run()
+        if app.outputs.active:
+            app.outputs.run(missed)
+        if app.telemetry.on:
+            app.telemetry.tick(app.tick.est, app.stale, missed + 1)
+        if app.stream.on:
+            app.stream.run()
+        app.loop.wake()
+        if ticks - self._looked >= self._look_every or ticks < self._looked:
+            self._looked = ticks
+            self._looks += 1
+            self._look(app)
+
+    def _look(self, app):
+        """_LOOKS_HZ times a second: a register, the temperature, the sensor's own clock."""
+        if app.mend.well and not app.bus.held:
+            try:
+                if not (app.imu.check() or app.imu.recheck()):
+                    app.mend.repair()
+            except OSError as error:
+                app.mend.count(error)
+        app.warming.look(app.tick.est[_AT_REST], self._looks % _LOOKS_HZ == 0)
+        if self._looks % self._correct_every == 0:
+            self._correct(app)
+
+    def _correct(self, app):
+        """The filter's period follows the measured one: the sensor's clock is no crystal."""
+        mean = app.loop.recent_period_us()
+        if not mean or abs(mean - app.period_us) <= 1:
+            return
+        nominal = app.loop.period_us
+        off = abs(mean - nominal) * 200 > 3 * nominal
+        if off and not self._clock_off:
+            self._words[_COUNT + policy.CLOCK] += 1
+        self._clock_off = off
+        wiring.follow(app, mean)

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: MIT
+"""How an App's parts are joined, at its start and whenever a knob changes them while they run.
+
+Nothing here stops the outputs: where the ticks go on they predict, and where they stand still the
+gap is bridged afterwards. A new filter begins where the old one stands.
+"""
+
+import time
+from array import array
+
+from attitude.counts import GYRO_LSB_PER_DPS
+from micropython import const
+
+from firmware import filters, startup
+from firmware.calibration import Warming
+from firmware.faults.mend import Mend
+from firmware.loop import Loop
+from firmware.tick import estimate, judge
+
+_LEAD_US = const(450)  # a burst takes 400 us on the bus
+_CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
+_CORRECT_EDGES = const(1)
+_UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
+_SWAP_MS = const(30)  # two periods at the lowest rate, and a little
+_WRAP = const(0x3FFFFFFF)
+
+# places: firmware.tick.words
+_ODD = const(0)
+_AGE_US = const(3)
+_STALE_US = const(5)
+_RING_US = const(7)
+_SURE = const(8)
+_FORGET = const(9)
+_SWAP = const(10)
+_EVERY = const(13)
+_UNSURE_US = const(16)
+_YAW_LOST = const(17)
+_LIMIT = const(22)
+_PAUSE = const(24)
+_PATIENCE = const(27)
+_YAW_DOUBT = const(28)
+# those that begin anew with a start, besides the counts
+_FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
+_COUNT = const(30)
+
+
+def adopt_sensor(app):
+    """The app's `imu` is there: its bus is shared from now on."""
+    app.imu.lock = app.bus
+    app.bus.finish = app.imu.finish
+    app.mend = Mend(app.imu, app.board, app.bus, app.tick.words, app.other_part)
+    warm(app)
+
+
+def warm(app):
+    """The calibration follows the temperature of this part."""
+    app.warming = Warming(app.calibration, app.imu, app.recalibrate)
+
+
+def settle(app):
+    """What knobs tell the tick."""
+    words, config = app.tick.words, app.config
+    words[_STALE_US] = config.failsafe_ms * 1000
+    words[_RING_US] = 1000000 // config.dlpf_hz
+    words[_LIMIT] = config.output_failures
+    words[_PATIENCE] = max(2, config.failsafe_ms * config.rate_hz // 1000)
+    # a slower sensor's bursts come again
+    judge.allow(app.tick.memory, 10 + 3 * config.rate_hz // config.sensor_hz)
+    app.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
+
+
+def wire(app, old):
+    """The loop and the tick for the app's knobs, with a filter that goes on from `old`."""
+    config, board = app.config, app.board
+    on_timer = config.drive == "timer"
+    timed = filters.is_timed(config.filter)
+    hard = not timed and board.has_hard(on_timer)
+    lead_us = _LEAD_US if on_timer and config.burst != "blocking" and app.imu.split else 0
+    app.tick_kind = "hard" if hard else "soft"
+    rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
+    readers = app.loop.readers if app.loop else []
+    app.loop = Loop(
+        app.tick,
+        board.ticking(board.timer if on_timer else board.data_ready, hard),
+        rate_hz,
+        grid=on_timer,
+        lead_us=lead_us,
+        guard=None if on_timer else board.ticking(board.timer, hard and board.has_hard(True)),
+    )
+    app.loop.readers = readers
+    app.period_us = app.loop.period_us
+    use(app, made(app, old))
+    app.tick.wire(app.imu, app.bus.words, app.loop.period_us, timed, lead_us)
+    app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
+    app.outputs.tune(app.loop.period_us)
+
+
+def made(app, old):
+    """The filter of the app's knobs, which stands where `old` (None: nowhere) stands now."""
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    if old is not None:
+        words = app.tick.words
+        words[_PAUSE] = 1  # the old one does not move while it is looked at
+        try:
+            new.go_on_from(old, since_us(app))
+        except BaseException:
+            words[_PAUSE] = 0
+            raise
+    return new
+
+
+def begin_anew(app):
+    """A filter whose bias is unknown, from the attitude that is there, which is not claimed for
+    some time; nor is the yaw, until somebody says zero_yaw()."""
+    words = app.tick.words
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    stands = app.filter.standing()
+    if stands:
+        new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
+    use(app, new)
+    words[_UNSURE_US] = _UNKNOWN_US
+    words[_YAW_LOST] = words[_ODD] = 1
+    words[_YAW_DOUBT] = 180000
+
+
+def use(app, new):
+    """The tick works with this filter from now on."""
+    words = app.tick.words
+    if app.filter is not None and words[_PAUSE]:
+        app.tick.gap.rescale(GYRO_LSB_PER_DPS[app.filter.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
+    app.filter = new
+    app.tick.use(new)
+    words[_ODD] = 1
+    words[_PAUSE] = 0
+
+
+def since_us(app):
+    """Microseconds since the last tick; 0 while there are none."""
+    return min(app.loop.since_us(), 1000000) if app.loop.running else 0
+
+
+def begin(app):
+    """One sample, levelled, so that the angles are true before the first tick."""
+    words, tick, imu = app.tick.words, app.tick, app.imu
+    for place in _FRESH:
+        words[place] = 0
+    for place in range(_COUNT, len(words)):
+        words[place] = 0
+    words[_SURE] = words[_FORGET] = words[_ODD] = 1
+    for place in range(len(tick.est)):
+        tick.est[place] = 0
+    startup.first(imu)
+    app.filter.update(imu.counts)
+    burst = array("H", [count & 0xFFFF for count in imu.counts])
+    estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
+
+
+def change(app, pace):
+    """Set-up knobs have changed: the chip, the coefficients, and with `pace` the ticks.
+
+    The rest is not measured again.
+    """
+    config, imu, words = app.config, app.imu, app.tick.words
+    running = app.loop.running
+    began = (time.ticks_us() - since_us(app)) & _WRAP
+    with app.bus:
+        rate_hz = startup.sensor_rate_hz(config)
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, rate_hz)
+        imu.data_ready(config.drive == "data-ready")
+        if pace:
+            app.loop.stop()
+            app.bus.forget()
+            wire(app, app.filter)
+        else:
+            use(app, made(app, app.filter))
+        settle(app)
+        words[_FORGET] = words[_ODD] = 1
+    if pace and running:
+        words[_AGE_US] += time.ticks_diff(time.ticks_us(), began)
+        app.loop.start()
+
+
+def prepare(app, **what):
+    """New coefficients, taken over between two ticks; the filter's state stays."""
+    words = app.tick.words
+    hard = app.loop.running and app.tick_kind == "hard"
+    began = time.ticks_ms()
+    while hard and words[_SWAP] and time.ticks_diff(time.ticks_ms(), began) < _SWAP_MS:
+        time.sleep_us(100)  # the last ones are still to be taken over
+    app.filter.prepare(**what)
+    if hard:
+        words[_SWAP] = words[_ODD] = 1
+    else:
+        app.filter.swap()
+
+
+def follow(app, period_us):
+    """The ticks come every period_us, as measured: so shall the filter have it."""
+    app.period_us = period_us
+    try:
+        prepare(app, period_us=period_us)
+    except ValueError:  # further off than its coefficients reach: one made for it
+        use(app, made(app, app.filter))
+    app.outputs.tune(period_us)

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: MIT
+"""Ticks that did not come and samples that were not there: what is claimed afterwards is true.
+
+On the RP2 with a soft tick, on the RP2 with a hard one, and on the ESP32.
+"""
+
+import random
+from math import asin, atan2, cos, degrees, radians, sin
+
+import pytest
+
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
+from tools.virtual.faults import make
+from tools.virtual.motion import Sequence, Sinusoid, Still
+from tools.virtual.port import Port
+
+# platform, MicroPython's version, SDA and SCL
+BOARDS = {
+    "soft": ("rp2", (1, 25, 0), (4, 5)),
+    "hard": ("rp2", (1, 26, 1), (4, 5)),
+    "esp32": ("esp32", (1, 25, 0), (21, 22)),
+}
+SWING = Sequence((Still(roll_deg=-20.0), 1.0), (Sinusoid(20.0, 0.5, "roll", phase_deg=-90), 1e9))
+
+
+class Turn:
+    """By 90 degrees from 2 s to 4 s; from 5 s on at `rate_dps` for ever."""
+
+    duration_s = None
+
+    def __init__(self, rate_dps=0.0):
+        self.rate_dps = rate_dps
+
+    def at(self, t):
+        rate = 45.0 if 2 <= t < 4 else self.rate_dps if t >= 5 else 0.0
+        return (0, 0, 1, 0, 0, rate, 25.0)
+
+    def truth(self, t):
+        half = radians(45 * min(max(t - 2, 0), 2) + self.rate_dps * max(t - 5, 0)) / 2
+        return (cos(half), 0, 0, sin(half))
+
+
+class Rig:
+    """An App on a virtual board, started; `port`, `chip`, `bus`, `app`."""
+
+    def __init__(self, board, motion, folder, **knobs):
+        platform, version, pins = BOARDS[board]
+        self.chip = MPU6050Chip(motion, seed=3, gyro_bias_dps=(2.0, -1.5, 1.0))
+        self.bus = Bus(self.chip)
+        self.port = Port(platform, {0: self.bus}, wiring={0: pins}, version=version, root=folder)
+        self.knobs = knobs
+
+    def __enter__(self):
+        self.port.__enter__()
+        from firmware.app import App
+
+        self.app = App()
+        for name, value in self.knobs.items():
+            self.app.config.set(name, value)
+        self.port.connect_int(self.chip, self.app.board.int_pin)
+        return self
+
+    def __exit__(self, *error):
+        uncaught = self.port.errors + [self.app.foreground.error, self.app.tick.error]
+        self.port.__exit__(*error)
+        assert [error for error in uncaught if error] == []
+
+    def until(self, t_s):
+        self.port.run_ms(t_s * 1000 - self.port.now_ns / 1e6)
+
+    @property
+    def claimed(self):
+        return not (self.app.stale or self.app.uncertain)
+
+    def roll_error(self):
+        true = degrees(2 * asin(self.chip.truth(self.port.now_ns / 1e9)[1]))
+        return abs(self.app.roll_deg - true)
+
+    def yaw_error(self):
+        w, x, y, z = self.chip.truth(self.port.now_ns / 1e9)
+        true = degrees(atan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z))
+        return (self.app.yaw_deg - true + 180) % 360 - 180
+
+
+@pytest.mark.parametrize("masked", [False, True], ids=["held", "masked"])
+@pytest.mark.parametrize("burst", ["auto", "blocking"])
+@pytest.mark.parametrize("rate_hz", [250, 500, 1000])
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_pause_at_any_phase_never_makes_a_claimed_wrong_angle(
+    board, rate_hz, burst, masked, tmp_path
+):
+    """`held`: C code that does not return; `masked`: a write to flash stops interrupts too."""
+    phase = random.Random(f"{board} {rate_hz} {burst} {masked}")
+    with Rig(board, SWING, tmp_path, rest_s=0.1, rate_hz=rate_hz, burst=burst) as rig:
+        rig.app.start()
+        rig.port.run_ms(1500)
+        for pause_s in (0.1, 0.2, 0.4, 1.0):
+            rig.port.run_ms(100 + phase.uniform(0, 300))
+            stop = rig.port.clock.masked if masked else rig.port.clock.hold
+            stop(round(pause_s * 1e9))
+            for _ in range(60):
+                rig.port.run_ms(1)
+                assert not rig.claimed or rig.roll_error() < 1.5, pause_s
+            if board == "hard" and not masked:
+                assert rig.claimed  # nothing of it reached the tick
+                assert rig.app.stats()["lost"] == 0
+        rig.app.zero_yaw()
+        rig.port.run_ms(2000)
+        assert rig.claimed and rig.roll_error() < 1.0
+
+
+@pytest.mark.parametrize("dlpf_hz", [44, 260])
+@pytest.mark.parametrize("rate_hz", [80, 100, 200, 250, 300, 333, 400, 500, 600, 700, 800, 1000])
+@pytest.mark.parametrize("board", ["hard", "esp32"])
+def test_a_turn_by_edges_reads_right_or_the_rate_is_refused(board, rate_hz, dlpf_hz, tmp_path):
+    """The sensor makes whole parts of 1 kHz, of 8 kHz with the widest filter (RM p. 11)."""
+    own = 8000 if dlpf_hz == 260 else 1000
+    nearest = min((own / n for n in range(1, 257)), key=lambda rate: abs(rate - rate_hz))
+    knobs = {"rate_hz": rate_hz, "dlpf_hz": dlpf_hz, "drive": "data-ready", "rest_s": 0.2}
+    with Rig(board, Turn(), tmp_path, **knobs) as rig:
+        if abs(nearest - rate_hz) > 0.006 * rate_hz:
+            with pytest.raises(ValueError, match=f"{nearest:.1f}"):
+                rig.app.start()
+            return
+        rig.app.start()
+        rig.until(5.0)
+        assert rig.app.yaw_deg == pytest.approx(90, abs=0.5)
+        assert rig.app.stats()["tick"] == ("hard" if board == "hard" else "soft")
+
+
+KINDS = {
+    "nack": {},
+    "timeout": {},
+    "arbitration": {},
+    "sda_held": {"clocks": 9},
+    "brown_out": {},
+    "unplugged": {},
+    "filled": {"value": 0},
+    "stuck_data": {},
+}
+
+
+@pytest.mark.parametrize("turning", [False, True], ids=["at rest", "turning"])
+@pytest.mark.parametrize("for_s", [0.1, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_yaw_over_outages_is_kept_or_said_to_be_lost(kind, for_s, turning, tmp_path):
+    board = list(BOARDS)[(list(KINDS).index(kind) + round(for_s)) % 3]
+    with Rig(board, Turn(60.0 if turning else 0.0), tmp_path) as rig:
+        rig.app.start()
+        rig.until(6.0)
+        before = rig.yaw_error()
+        assert abs(before) < 1.0
+        fault = make(kind, at_s=rig.port.now_ns / 1e9, for_s=for_s, **KINDS[kind])
+        rig.bus.faults.append(fault)
+        for _ in range(round(100 * for_s) + 150):
+            rig.port.run_ms(10)
+            if rig.claimed:
+                assert abs(rig.yaw_error() - before) < (1.0 if turning else 0.5)
+                assert max(abs(rig.app.roll_deg), abs(rig.app.pitch_deg)) < 1.0
+        assert not rig.app.stale
+        if turning and for_s > 1 and kind != "sda_held":  # nine clocks free that one at once
+            assert rig.app.uncertain and rig.app.yaw_doubt_deg > 30
+        elif not turning:
+            assert rig.claimed
+        rig.app.zero_yaw()
+        rig.port.run_ms(2000)
+        assert rig.claimed and rig.app.yaw_doubt_deg == 0

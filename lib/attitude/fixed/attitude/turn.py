@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT
+"""The integer attitude over a gap without samples: turned on with what the gyro said around it.
+
+Without the accelerometer, from where keep() was called, so that a gap may be bridged again and
+again while it grows and once more when its end is known. Places and formats: this folder's
+__init__. Nothing is allocated; the cost grows with the angle, by a step for each 14 degrees.
+"""
+
+import micropython
+from micropython import const
+
+from attitude.fixed.intmath import atan2_mdeg, hypot
+
+_GYRO_SHIFT = const(24)
+_LAG_PRE = const(29)
+_LAG = const(30)
+_LAG_POST = const(31)
+_ONE = const(32)
+_W = const(56)
+_X = const(57)
+_Y = const(58)
+_Z = const(59)
+_TRIM = const(60)
+_LAST = const(61)
+_BIAS = const(64)
+_ROLL = const(88)
+_YAW = const(90)
+_STEPS = const(128)  # at most: a second at 2000 deg/s, 16 degrees each
+
+
+@micropython.viper
+def keep(self):
+    """Remember the attitude: the next turn() begins here."""
+    s = ptr32(self._s)
+    kept = ptr32(self._kept)
+    kept[0] = s[_W]
+    kept[1] = s[_X]
+    kept[2] = s[_Y]
+    kept[3] = s[_Z]
+
+
+@micropython.viper
+def turn(self, before: ptr16, after: ptr16, dt_us: int):
+    """Turn on from keep() by dt_us (1 to 1000000), the rate going from that of the counts
+    `before` to that of `after` in a straight line. The angles are those of then.
+    """
+    s = ptr32(self._s)
+    kept = ptr32(self._kept)
+    clock = ptr32(self._clock)
+    period16 = clock[0]  # inc is for a sample at the nominal rate
+    s[_W] = kept[0]
+    s[_X] = kept[1]
+    s[_Y] = kept[2]
+    s[_Z] = kept[3]
+    # inc before to 4-6, their way to inc after to 7-9; the largest of all six
+    most = 0
+    row = 0
+    while row < 3:
+        at = 12 + 3 * row
+        bias = s[_BIAS + row] >> 8
+        x = (int(before[4]) ^ 0x8000) - 0x8000
+        y = (int(before[5]) ^ 0x8000) - 0x8000
+        z = (int(before[6]) ^ 0x8000) - 0x8000
+        first = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[21 + row]
+        first = (first >> s[_GYRO_SHIFT]) - bias
+        x = (int(after[4]) ^ 0x8000) - 0x8000
+        y = (int(after[5]) ^ 0x8000) - 0x8000
+        z = (int(after[6]) ^ 0x8000) - 0x8000
+        last = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[21 + row]
+        last = (last >> s[_GYRO_SHIFT]) - bias
+        kept[4 + row] = first
+        kept[7 + row] = last - first
+        s[_LAST + row] = last
+        first = first if first >= 0 else 0 - first
+        last = last if last >= 0 else 0 - last
+        if first > most:
+            most = first
+        if last > most:
+            most = last
+        row += 1
+    # steps of at most 1/8 rad of half angle; r: periods in a step, Q10
+    t = (dt_us << 8) // period16
+    n = 1 + ((most >> 14) * t >> 16)
+    if n > _STEPS:
+        n = _STEPS
+    r = ((dt_us << 4) // n << 6) // (period16 >> 4)
+    k = 0
+    while k < n:
+        f = (2 * k + 1 << 13) // n  # where the step's middle is, Q14
+        x = kept[7]
+        y = kept[8]
+        z = kept[9]
+        x = kept[4] + (x >> 14) * f + ((x & 0x3FFF) * f >> 14)
+        y = kept[5] + (y >> 14) * f + ((y & 0x3FFF) * f >> 14)
+        z = kept[6] + (z >> 14) * f + ((z & 0x3FFF) * f >> 14)
+        x = ((x >> 10) * r << 1) + ((x & 0x3FF) * r >> 9)
+        y = ((y >> 10) * r << 1) + ((y & 0x3FF) * r >> 9)
+        z = ((z >> 10) * r << 1) + ((z & 0x3FF) * r >> 9)
+        # Q15 from here: sin|v| / |v| and cos|v| of the half angle v, to the fifth order
+        x = x + 16384 >> 15
+        y = y + 16384 >> 15
+        z = z + 16384 >> 15
+        t = x * x + y * y + z * z >> 15
+        u = t * t >> 15
+        f = 32768 - t // 6 + u // 120
+        c = 32768 - (t >> 1) + u // 24
+        x = x * f >> 15
+        y = y * f >> 15
+        z = z * f >> 15
+        wh = s[_W] + 16384 >> 15
+        ih = s[_X] + 16384 >> 15
+        jh = s[_Y] + 16384 >> 15
+        kh = s[_Z] + 16384 >> 15
+        c -= 32768  # q itself keeps all of its bits
+        s[_W] += wh * c - ih * x - jh * y - kh * z
+        s[_X] += wh * x + ih * c + jh * z - kh * y
+        s[_Y] += wh * y + jh * c + kh * x - ih * z
+        s[_Z] += wh * z + kh * c + ih * y - jh * x
+        k += 1
+    wh = s[_W] + 16384 >> 15
+    ih = s[_X] + 16384 >> 15
+    jh = s[_Y] + 16384 >> 15
+    kh = s[_Z] + 16384 >> 15
+    s[_TRIM] = (wh * wh + ih * ih + jh * jh + kh * kh - s[_ONE]) >> 13
+    # the angles are for then and lag_s more: half of that turn, Q15
+    t = s[_LAG]
+    m = s[_LAG_PRE]
+    n = s[_LAG_POST] + 1
+    x = (s[_LAST] >> m) * t >> n
+    y = (s[_LAST + 1] >> m) * t >> n
+    z = (s[_LAST + 2] >> m) * t >> n
+    u = wh - (ih * x + jh * y + kh * z >> 15)
+    r = ih + (wh * x + jh * z - kh * y >> 15)
+    c = jh + (wh * y + kh * x - ih * z >> 15)
+    f = kh + (wh * z + ih * y - jh * x >> 15)
+    x = (r * f >> 15) - (u * c >> 15)  # half of the vertical in the sensor's frame, Q15
+    y = (c * f >> 15) + (u * r >> 15)
+    z = (u * u - r * r - c * c + f * f) >> 16
+    s[_ROLL] = int(atan2_mdeg(y, z))
+    s[_ROLL + 1] = int(atan2_mdeg(0 - x, int(hypot(y, z))))
+    y = (r * c >> 15) + (u * f >> 15)
+    x = (u * u + r * r - c * c - f * f) >> 16
+    s[_YAW] = int(atan2_mdeg(y, x))

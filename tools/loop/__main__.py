@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""What ordinary Python beside it does to the loop: ticks lost, lateness, errors.
+
+    python -m tools.loop [--json FILE] [--ticks N] [--versions 1.26.1 1.25.0] [--loads ...]
+
+The app runs on the emulated RP2040 with the real MicroPython, at 250, 500 and 1000 Hz, while the
+foreground is idle, allocates, collects, answers the REPL, or allocates while the bus has faults.
+From 1.26 on the tick is a hard interrupt; before, a soft callback. Emulated code is some 40 times
+slower than the chip, so the 2000 ticks of each row take a while.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import sys
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+from tqdm import tqdm
+
+from tools.loop.run import LOADS, measure
+from tools.virtual import images
+
+LATE_P99_US, LATE_MAX_US = 20, 60  # what a hard tick has to keep
+
+
+def table(results):
+    """The figures as text."""
+    lines = []
+    for result in results:
+        lines.append(f"MicroPython {result['micropython']}")
+        lines.append(
+            f"{'load':12}{'Hz':>6}{'tick':>6}{'expected':>10}{'lost':>6}{'late p99, us':>14}"
+            f"{'max':>8}{'step p99':>10}{'predicted':>11}{'errors':>8}"
+        )
+        for row in result["rows"]:
+            lines.append(
+                f"{row['load']:12}{row['rate_hz']:6}{row['tick']:>6}{row['expected']:10}"
+                f"{row['lost']:6}{row['late_p99_us']:14}{row['late_max_us']:8}"
+                f"{row['step_p99_us']:10}{row['predicted']:11}{row['errors']:8}"
+            )
+    return "\n".join(lines)
+
+
+def good(row):
+    """Whether a row keeps what a hard tick promises."""
+    return not row["lost"] and not row["errors"] and (
+        row["late_p99_us"] <= LATE_P99_US and row["late_max_us"] <= LATE_MAX_US
+    )
+
+
+def measured(versions, loads, ticks, jobs=None):
+    """[{"micropython", "rows"}], the newest first, measured over the cores."""
+    rows = {version: {} for version in versions}
+    context = multiprocessing.get_context("spawn")
+    bar = tqdm(total=len(versions) * len(loads), unit="load", disable=not sys.stderr.isatty())
+    with ProcessPoolExecutor(jobs or os.cpu_count(), context) as pool, bar:
+        futures = {
+            pool.submit(measure, version, load, ticks): (version, load)
+            for version in versions
+            for load in loads
+        }
+        for future in as_completed(futures):
+            version, load = futures[future]
+            rows[version][load] = future.result()
+            bar.update()
+    return [
+        {"micropython": version, "rows": [row for load in loads for row in rows[version][load]]}
+        for version in versions
+    ]
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m tools.loop", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there")
+    parser.add_argument("--ticks", type=int, default=2000, help="of each row")
+    parser.add_argument("--versions", nargs="+", default=sorted(images.VERSIONS, reverse=True))
+    parser.add_argument("--loads", nargs="+", choices=LOADS, default=LOADS)
+    parser.add_argument("--jobs", type=int, help="processes, default: one per core")
+    options = parser.parse_args(arguments)
+    for version in options.versions:
+        images.rp2040_image(version)
+    results = measured(options.versions, options.loads, options.ticks, options.jobs)
+    print(table(results))
+    if options.json:
+        # the newest one's rows by themselves, the others beside them
+        first, others = results[0], results[1:]
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(json.dumps({**first, "others": others}, indent=1) + "\n")
+    hard = [row for result in results for row in result["rows"] if row["tick"] == "hard"]
+    return 0 if all(good(row) for row in hard) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
