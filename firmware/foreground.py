@@ -60,10 +60,11 @@ class Foreground:
             if self.error is None:
                 sys.print_exception(error)
             self.error = error
-        bus.patient = patient
-        looked = self._ticks[_TICKS] - self._looked
-        due = 1 if self._busy(app) else max(1, self._look_every - looked)
-        words[_DUE] = min(due, app.stream.calls) if app.stream.on else due
+        finally:  # also after a Ctrl-C, which goes to whatever runs
+            bus.patient = patient
+            looked = self._ticks[_TICKS] - self._looked
+            due = 1 if self._busy(app) else max(1, self._look_every - looked)
+            words[_DUE] = min(due, app.stream.calls) if app.stream.on else due
 
     def _busy(self, app):
         """Whether every tick is to be followed by this."""
