@@ -204,17 +204,27 @@ class App:
         """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
         the sensor does not take it; then all is as it was."""
         config = self.config
-        before = config.values()
+        before, running = config.values(), self.running
         config.set(name, value)
         try:
             self._apply(name)
         except BaseException:
             config.take(before)
-            if self.loop and (name in CHIP or name in PACE):
-                wiring.change(self, name in PACE)
+            self._take_back(name, running)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
         self.stream.changed(None if name in ALL_OVER else name)
+
+    def _take_back(self, name, running):
+        """All as it was; the loop goes on, or else the outputs are safe."""
+        try:
+            if self.loop and (name in CHIP or name in PACE):
+                wiring.change(self, name in PACE)
+            if running and not self.running:
+                self.loop.start()
+        finally:
+            if running and not self.running:
+                self.outputs.safe()
 
     def _apply(self, name):
         config = self.config
@@ -230,7 +240,7 @@ class App:
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
             else:
-                wiring.use(self, wiring.made(self, self.filter))
+                wiring.renew(self, self.filter)
         elif name in filters.SETTINGS[config.filter]:
             wiring.prepare(self, settings=filters.settings(config, self.imu))
         elif name.split("_")[0] in self._attached:
