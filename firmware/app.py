@@ -11,6 +11,9 @@ app.stop()
 """
 
 import gc
+
+gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+
 from array import array
 
 import micropython
@@ -23,6 +26,7 @@ from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config, checked
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
+from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 
@@ -38,6 +42,7 @@ _YAW_DOUBT = const(28)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
+ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
 _UNDO = const(20)
 
 _HELP = """app.start(), app.stop()            run in the background; end
@@ -87,6 +92,7 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
+        self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
         self._watched = False
         self._attached = []
@@ -133,8 +139,7 @@ class App:
             if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.check(self.config)
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+        self._find_sensor()
         self.calibration, warnings = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
@@ -146,6 +151,7 @@ class App:
             self._watched = True
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
+        gc.threshold(-1)
         wiring.begin(self)
         self._running.append(self)
         self.loop.start()
@@ -168,6 +174,13 @@ class App:
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _find_sensor(self):
+        """`imu` is there and measures as the knobs say. OSError says what to check."""
+        if self.imu is None:
+            self.imu = startup.sensor(self.board, self.config)
+        else:
+            startup.again(self.imu, self.board, self.config)
+
     def _same_sensor(self, other):
         return (
             other.board.i2c_id == self.board.i2c_id
@@ -178,9 +191,8 @@ class App:
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
         try:
+            self._find_sensor()
             return work(self.imu)
         finally:
             if running:
@@ -201,6 +213,7 @@ class App:
             self._take_back(name, running)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
+        self.stream.changed(None if name in ALL_OVER else name)
 
     def _take_back(self, name, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
@@ -314,11 +327,11 @@ class App:
         wiring.prepare(self, calibration=calibration)
 
     def other_part(self):
-        """Another part was plugged in, whose biases nobody knows."""
+        """Another part was plugged in, whose biases nobody knows, nor how it was turned."""
         self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
         self.calibration = self.calibration.mounting()
         wiring.warm(self)
-        wiring.renew(self, None)
+        wiring.begin_anew(self)
 
     # ---- what one asks
 
@@ -361,8 +374,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+        self._find_sensor()
         return Calibrating(self.imu)
 
     @property

@@ -63,7 +63,8 @@ class Foreground:
         finally:  # also after a Ctrl-C, which goes to whatever runs
             bus.patient = patient
             looked = self._ticks[_TICKS] - self._looked
-            words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
+            due = 1 if self._busy(app) else max(1, self._look_every - looked)
+            words[_DUE] = min(due, app.stream.calls) if app.stream.on else due
 
     def _busy(self, app):
         """Whether every tick is to be followed by this."""
@@ -81,6 +82,8 @@ class Foreground:
             app.outputs.run(missed)
         if app.telemetry.on:
             app.telemetry.tick(app.tick.est, app.stale, missed + 1)
+        if app.stream.on:
+            app.stream.run()
         app.loop.wake()
         if ticks - self._looked >= self._look_every or ticks < self._looked:
             self._looked = ticks

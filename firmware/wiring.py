@@ -20,6 +20,7 @@ from firmware.tick import estimate, judge
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
+_UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
 
@@ -32,9 +33,12 @@ _SURE = const(8)
 _FORGET = const(9)
 _SWAP = const(10)
 _EVERY = const(13)
+_UNSURE_US = const(16)
+_YAW_LOST = const(17)
 _LIMIT = const(22)
 _PAUSE = const(24)
 _PATIENCE = const(27)
+_YAW_DOUBT = const(28)
 # those that begin anew with a start, besides the counts
 _FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
 _COUNT = const(30)
@@ -102,11 +106,29 @@ def renew(app, old):
             new.go_on_from(old, since_us(app))
             gap = app.tick.gap
             gap.rescale(GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
-        app.filter = new
-        app.tick.use(new)
-        words[_ODD] = 1
+        _use(app, new)
     finally:  # also after a Ctrl-C
         words[_PAUSE] = 0
+
+
+def begin_anew(app):
+    """A filter whose bias is unknown, from the attitude that is there, which is not claimed for
+    some time; nor is the yaw, until somebody says zero_yaw()."""
+    words = app.tick.words
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    stands = app.filter.standing()
+    if stands:
+        new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
+    _use(app, new)
+    words[_UNSURE_US] = _UNKNOWN_US
+    words[_YAW_LOST] = words[_ODD] = 1
+    words[_YAW_DOUBT] = 180000
+
+
+def _use(app, new):
+    app.filter = new
+    app.tick.use(new)
+    app.tick.words[_ODD] = 1
 
 
 def since_us(app):
@@ -124,7 +146,7 @@ def begin(app):
     words[_SURE] = words[_FORGET] = words[_ODD] = 1
     for place in range(len(tick.est)):
         tick.est[place] = 0
-    imu.read()
+    startup.first(imu)
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
     estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
@@ -139,10 +161,9 @@ def change(app, pace):
     running = app.loop.running
     began = (time.ticks_us() - since_us(app)) & _WRAP
     with app.bus:
-        if hasattr(imu, "set_up"):
-            rate_hz = startup.sensor_rate_hz(config)
-            imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, rate_hz)
-            imu.data_ready(config.drive == "data-ready")
+        rate_hz = startup.sensor_rate_hz(config)
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, rate_hz)
+        imu.data_ready(config.drive == "data-ready")
         if pace:
             app.loop.stop()
             app.bus.forget()

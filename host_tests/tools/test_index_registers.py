@@ -65,7 +65,7 @@ def test_the_rule_finds_what_those_compilers_get_wrong():
 def test_no_function_of_the_board_has_one():
     seen = 0
     for path in functions.sources():
-        if path != functions.SNIPPETS:
+        if path != functions.SNIPPETS and path.name != "compiler_check.py":  # on purpose there
             for name, indexes in changed_indexes(path).items():
                 seen += 1
                 assert indexes == [], "%s: assign %s later than two others" % (name, indexes)

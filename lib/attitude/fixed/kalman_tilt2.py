@@ -108,9 +108,9 @@ class KalmanTilt2(Fixed):
 
         The place in the gain table is no state: it is that for the time the filter has run.
         """
-        n = _STATE
         s = ptr32(self._s)
         new = ptr32(self.pending)
+        n = _STATE
         s[_STEP] = new[_STEP]
         fresh = new[_FRESH]
         if fresh:
