@@ -82,8 +82,6 @@ class Foreground:
             app.outputs.run(missed)
         if app.telemetry.on:
             app.telemetry.tick(app.tick.est, app.stale, missed + 1)
-        if app.stream.on:
-            app.stream.run()
         app.loop.wake()
         if ticks - self._looked >= self._look_every or ticks < self._looked:
             self._looked = ticks

@@ -42,7 +42,9 @@ _LAST = const(16)
 _AT = const(17)
 _PART = const(19)
 _KIND = const(21)
-_RECORDS = const(24)
+_BATCH = const(22)
+_ASKED = const(24)
+_RECORDS = const(26)
 _TICKS_LOST = const(6)
 _CAUSE = const(1)
 
@@ -50,7 +52,7 @@ HEADER = const(1)  # kinds of frames beside the samples
 COUNTS = const(2)
 _FILL = const(32)  # place in a pair, after its 64 bytes: how many frames are in it
 _PAIRS = const(4)  # written in a row: 256 bytes
-_CALL_MS = const(6)  # between two calls of run()
+_CALL_MS = const(40)  # at most between two calls of run()
 _STATUS_MS = const(500)
 _LEAST = const(16)  # records in a ring
 
@@ -112,7 +114,8 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
 class Stream:
     """The stream of one App.
 
-    on: whether it runs; written: pairs of frames so far; waits: how often nobody took one.
+    on: whether it runs; written: pairs of frames so far; waits: how often nobody took one; error:
+    what ended it, or None.
     """
 
     def __init__(self, app):
@@ -127,7 +130,8 @@ class Stream:
         self._row = {}
         self._offered = {}
         self.on = False
-        self.calls = 1
+        self._call = self._run  # a bound method is a heap block: made once
+        self.error = None
         self.written = self.waits = 0
 
     def offer(self, name, unit, scale, read):
@@ -186,12 +190,11 @@ class Stream:
         more, program = channels.more(reads), channels.program(beside)
         tick = app.tick
         self._tap = lambda drive: tap.over(
-            drive, ring, tick.est, tick.memory, tick.timing.words, program, reads, more
+            drive, self._call, ring, tick.est, tick.memory, tick.timing.words, program, reads, more
         )  # fmt: skip
         self._every = every
 
     def _go(self, keep_s):
-        self.calls = max(1, _CALL_MS * 1000 // self._app.loop.period_us)
         self.keep(keep_s)
         self._told = time.ticks_ms()
         self.on = True
@@ -215,7 +218,9 @@ class Stream:
         if not self.on:
             return
         app = self._app
-        self.calls = max(1, _CALL_MS * 1000 // app.loop.period_us)
+        frames = self._ring[_LENGTH] // 28
+        samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
+        self._ring[_BATCH] = max(1, min(samples, (2 * _PAIRS - 1) // frames))
         if name is None or self._next < self._chunks:
             head = channels.header(app, self._chosen, self._every)
             head.update(self._row)
@@ -229,6 +234,14 @@ class Stream:
         self._next = 0
 
     # ---- after ticks; allocates nothing but for what changed() makes
+
+    def _run(self, _):
+        self._ring[_ASKED] = 0
+        try:
+            self.run()
+        except Exception as error:  # of the console, or of an app that is being set up anew
+            self.error = error
+            self.stop()
 
     @micropython.native
     def run(self):

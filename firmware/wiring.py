@@ -95,6 +95,21 @@ def wire(app, old):
     app.outputs.tune(app.loop.period_us)
 
 
+def begin_anew(app):
+    """A filter whose bias is unknown, from the attitude that is there, which is not claimed for
+    some time; nor is the yaw, until somebody says zero_yaw()."""
+    words = app.tick.words
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    stands = app.filter.standing()
+    if stands:
+        new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
+    app.filter = new
+    app.tick.use(new)
+    words[_UNSURE_US] = _UNKNOWN_US
+    words[_YAW_LOST] = words[_ODD] = 1
+    words[_YAW_DOUBT] = 180000
+
+
 def renew(app, old):
     """The filter of the app's knobs, which goes on from where `old` (None: nowhere) stands now,
     is what the tick works with from now on."""
@@ -106,29 +121,11 @@ def renew(app, old):
             new.go_on_from(old, since_us(app))
             gap = app.tick.gap
             gap.rescale(GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
-        _use(app, new)
+        app.filter = new
+        app.tick.use(new)
+        words[_ODD] = 1
     finally:  # also after a Ctrl-C
         words[_PAUSE] = 0
-
-
-def begin_anew(app):
-    """A filter whose bias is unknown, from the attitude that is there, which is not claimed for
-    some time; nor is the yaw, until somebody says zero_yaw()."""
-    words = app.tick.words
-    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
-    stands = app.filter.standing()
-    if stands:
-        new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
-    _use(app, new)
-    words[_UNSURE_US] = _UNKNOWN_US
-    words[_YAW_LOST] = words[_ODD] = 1
-    words[_YAW_DOUBT] = 180000
-
-
-def _use(app, new):
-    app.filter = new
-    app.tick.use(new)
-    app.tick.words[_ODD] = 1
 
 
 def since_us(app):

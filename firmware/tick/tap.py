@@ -10,7 +10,7 @@ otherwise. A record is one or more parts of 28 bytes, each a frame's content:
 
 Flags: 1 predicted, 2 at rest, 4 tilt and 8 yaw uncertain.
 
-The ring is one array of int32, whose first words tell what is in it; records follow from 24 on
+The ring is one array of int32, whose first words tell what is in it; records follow from 26 on
 (T: the tick writes, F: the foreground):
 
 0     HEAD       T    records written, modulo 2^30; the ring's size is a power of two
@@ -35,6 +35,9 @@ The ring is one array of int32, whose first words tell what is in it; records fo
 19    PART       F    of the record that is being sent, its first byte
 20    ERRORS     T    exceptions of what reads controllers
 21    KIND       F    of part 0
+22    BATCH      F    samples from one call of the foreground to the next
+23    WAIT       T    samples until then
+24    ASKED      F T  1: it is called and has not run yet
 """
 
 from array import array
@@ -62,7 +65,10 @@ _LAST = const(16)
 _AT = const(17)
 _ERRORS = const(20)
 _KIND = const(21)
-_RECORDS = const(24)
+_BATCH = const(22)
+_WAIT = const(23)
+_ASKED = const(24)
+_RECORDS = const(26)
 
 # places: firmware.tick.estimate, firmware.tick.timing
 _T_US = const(1)
@@ -87,13 +93,21 @@ def ring(size, length):
     return made
 
 
-def over(drive, ring, est, burst, timing, program, reads, more):
+def over(drive, run, ring, est, burst, timing, program, reads, more):
     """`drive` (None: nothing) and then the tap, as the tick's drive.
 
-    est, burst, timing: the tick's arrays; program: source, place, shift of each channel beside
-    those of part 0; reads: functions fit for the tick, each of which gives a small integer
-    for `more`.
+    run(_): called softly every few samples; est, burst, timing: the tick's arrays; program:
+    source, place, shift of each channel beside those of part 0; reads: functions fit for the
+    tick, each of which gives a small integer for `more`.
     """
+
+    @micropython.native
+    def call(run=run, ring=ring, schedule=micropython.schedule):
+        try:
+            schedule(run, 0)
+            ring[_ASKED] = 1
+        except RuntimeError:  # the queue is full: the next time
+            pass
 
     @micropython.viper
     def take(_fresh) -> int:
@@ -104,6 +118,12 @@ def over(drive, ring, est, burst, timing, program, reads, more):
         if left > 0:
             return 0
         words[_LEFT] = words[_EVERY]
+        wait = words[_WAIT] - 1
+        words[_WAIT] = wait
+        if wait <= 0:
+            words[_WAIT] = words[_BATCH]
+            if not words[_ASKED]:
+                call()
         mode = words[_MODE]
         if mode == 3:
             return 0

@@ -15,7 +15,6 @@ import io
 import os
 import select
 import signal
-import sys
 import tempfile
 import time
 import traceback
@@ -197,7 +196,8 @@ def main():
     parser.add_argument("--link", type=Path, metavar="PATH")
     parser.add_argument("--root", type=Path, metavar="DIR", help="the board's flash")
     options = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    # at once: an exception would end in the tick, which lets none out
+    signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
     wire, hand = Wire(options.link), Hand()
     with tempfile.TemporaryDirectory() as flash:
         options.root = options.root or Path(flash)
