@@ -63,8 +63,7 @@ class Foreground:
         finally:  # also after a Ctrl-C, which goes to whatever runs
             bus.patient = patient
             looked = self._ticks[_TICKS] - self._looked
-            due = 1 if self._busy(app) else max(1, self._look_every - looked)
-            words[_DUE] = min(due, app.stream.calls) if app.stream.on else due
+            words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
 
     def _busy(self, app):
         """Whether every tick is to be followed by this."""
