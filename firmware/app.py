@@ -135,7 +135,9 @@ class App:
         startup.check(self.config)
         if self.imu is None:
             self.imu = startup.sensor(self.board, self.config)
-        self.calibration, warnings = startup.calibration(self.imu, self.config)
+        else:
+            startup.awake(self.imu, self.config)
+        self.calibration, warnings, known = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
         self.warnings = warnings
@@ -146,7 +148,7 @@ class App:
             self._watched = True
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
-        wiring.begin(self)
+        wiring.begin(self, known)
         self._running.append(self)
         self.loop.start()
 

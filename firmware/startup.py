@@ -36,6 +36,19 @@ def sensor(board, config):
     return imu
 
 
+def set_up(imu, config):
+    """The knobs to a sensor that goes on measuring. OSError when it does not take them."""
+    if hasattr(imu, "set_up"):  # a MinIMU-9 keeps its own settings
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
+        imu.data_ready(config.drive == "data-ready")
+
+
+def awake(imu, config):
+    """The same for one that was left alone: it may have lost its supply, or sleep."""
+    set_up(imu, config)
+    imu.configure()
+
+
 def sensor_rate_hz(config):
     """What the driver is asked for. ValueError where the sensor cannot set the loop's pace: its
     divider makes whole parts of its own rate only, and the loop would not be what was asked.
@@ -69,8 +82,10 @@ def check(config):
 
 
 def calibration(imu, config):
-    """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
+    """(Calibration, warnings, known): the stored one, with the gyro's bias as measured now; known:
+    whether that was measured, now or ever."""
     cal, warnings = load_for(imu)
+    measured = False
     imu.read()
     cal = cal.at(imu.temp_c())
     if config.self_test:
@@ -84,10 +99,12 @@ def calibration(imu, config):
         try:
             still = rest(imu, config.rest_s, config.still_dps / _SPREAD)
             cal = cal.at(still.temp_c).but(gyro_bias_dps=still.gyro_dps)
+            measured = True
         except NotStill as error:
             text = "gyro bias not measured, the stored one (or zero) is used: it %s"
             warnings.append(text % error)
-    return _folding(cal, imu, config, warnings), warnings
+    folded = _folding(cal, imu, config, warnings)
+    return folded, warnings, folded is cal and (measured or any(cal.gyro_bias_dps))
 
 
 def _folding(cal, imu, config, warnings):
