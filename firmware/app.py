@@ -121,10 +121,15 @@ class App:
     def start(self):
         """Set all up and run in the background. OSError, with what to check, without a sensor;
         ValueError where knobs do not go together."""
+        self._begin(self.running)
+
+    def _begin(self, ran):
+        """Start; where it fails, a loop that ran before is said to stand still now."""
         try:
             self._start()
-        except KeyboardInterrupt:
-            print("stopped before it ran: app.start()")
+        except BaseException as error:
+            if ran or isinstance(error, KeyboardInterrupt):
+                print("stopped: app.start() begins anew")
             raise
 
     def _start(self):
@@ -186,7 +191,7 @@ class App:
             return work(self.imu)
         finally:
             if running:
-                self.start()
+                self._begin(True)
 
     # ---- knobs
 
@@ -197,7 +202,7 @@ class App:
         before = config.values()
         config.set(name, value)
         try:
-            self._apply(name)
+            self._apply(name, before)
         except BaseException:
             config.take(before)
             if self.loop and (name in CHIP or name in PACE):
@@ -205,7 +210,7 @@ class App:
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
 
-    def _apply(self, name):
+    def _apply(self, name, before):
         config = self.config
         if self.loop is None:
             startup.check(config)
@@ -214,7 +219,7 @@ class App:
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "address":
-            self._change_sensor()
+            self._change_sensor(before)
         elif name == "filter":
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
@@ -227,12 +232,19 @@ class App:
         else:
             wiring.settle(self)
 
-    def _change_sensor(self):
-        running = self.running
+    def _change_sensor(self, before):
+        running, old = self.running, self.imu
         self.stop()
         self.imu = None
-        if running:
-            self.start()
+        try:
+            if running:
+                self._start()
+        except BaseException:
+            self.config.take(before)
+            old.use_bus(self.board.i2c())  # the search for the other one has used its wires
+            self.imu = old
+            self._begin(True)
+            raise
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""

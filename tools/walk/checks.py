@@ -77,8 +77,7 @@ class Checks:
         now = world.now_s
         self._drift(now - self.looked_s)
         self.looked_s = now
-        if self.zeroing and app.loop and not app.tick.words[_ZERO_YAW]:
-            self.zero()
+        self.zeroing = self.zeroing and app.running and app.tick.words[_ZERO_YAW] == 1
         self._nothing_raised(app)
         self._motors(app, now)
         if not app.running:
