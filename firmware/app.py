@@ -127,10 +127,15 @@ class App:
     def start(self):
         """Set all up and run in the background. OSError, with what to check, without a sensor;
         ValueError where knobs do not go together."""
+        self._begin(self.running)
+
+    def _begin(self, ran):
+        """Start; where it fails, a loop that ran before is said to stand still now."""
         try:
             self._start()
-        except KeyboardInterrupt:
-            print("stopped before it ran: app.start()")
+        except BaseException as error:
+            if ran or isinstance(error, KeyboardInterrupt):
+                print("stopped: app.start() begins anew")
             raise
 
     def _start(self):
@@ -140,7 +145,7 @@ class App:
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.check(self.config)
         self._find_sensor()
-        self.calibration, warnings = startup.calibration(self.imu, self.config)
+        self.calibration, warnings, known = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
         self.warnings = warnings
@@ -152,7 +157,7 @@ class App:
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
-        wiring.begin(self)
+        wiring.begin(self, known)
         self._running.append(self)
         self.loop.start()
 
@@ -196,7 +201,7 @@ class App:
             return work(self.imu)
         finally:
             if running:
-                self.start()
+                self._begin(True)
 
     # ---- knobs
 
@@ -207,7 +212,7 @@ class App:
         before, running = config.values(), self.running
         config.set(name, value)
         try:
-            self._apply(name)
+            self._apply(name, before)
         except BaseException:
             config.take(before)
             self._take_back(name, running)
@@ -226,7 +231,7 @@ class App:
             if running and not self.running:
                 self.outputs.safe()
 
-    def _apply(self, name):
+    def _apply(self, name, before):
         config = self.config
         if self.loop is None:
             startup.check(config)
@@ -235,7 +240,7 @@ class App:
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "address":
-            self._change_sensor()
+            self._change_sensor(before)
         elif name == "filter":
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
@@ -248,12 +253,19 @@ class App:
         else:
             wiring.settle(self)
 
-    def _change_sensor(self):
-        running = self.running
+    def _change_sensor(self, before):
+        running, old = self.running, self.imu
         self.stop()
         self.imu = None
-        if running:
-            self.start()
+        try:
+            if running:
+                self._start()
+        except BaseException:
+            self.config.take(before)
+            old.use_bus(self.board.i2c())  # the search for the other one has used its wires
+            self.imu = old
+            self._begin(True)
+            raise
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""

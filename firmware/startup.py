@@ -63,8 +63,7 @@ def again(imu, board, config):
                 imu.reset()
                 imu.configure()
                 break
-        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
-        imu.data_ready(config.drive == "data-ready")
+        set_up(imu, config)
         return imu
 
     return _patiently(look, board, config, {})
@@ -110,6 +109,13 @@ def first(imu):
     raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
 
 
+def set_up(imu, config):
+    """The knobs to a sensor that goes on measuring. OSError when it does not take them."""
+    if hasattr(imu, "set_up"):  # a MinIMU-9 keeps its own settings
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
+        imu.data_ready(config.drive == "data-ready")
+
+
 def sensor_rate_hz(config):
     """What the driver is asked for. ValueError where the sensor cannot set the loop's pace: its
     divider makes whole parts of its own rate only, and the loop would not be what was asked.
@@ -143,8 +149,10 @@ def check(config):
 
 
 def calibration(imu, config):
-    """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
+    """(Calibration, warnings, known): the stored one, with the gyro's bias as measured now; known:
+    whether that was measured, now or ever."""
     cal, warnings = load_for(imu)
+    measured = False
     first(imu)
     cal = cal.at(imu.temp_c())
     if config.self_test:
@@ -158,10 +166,12 @@ def calibration(imu, config):
         try:
             still = rest(imu, config.rest_s, config.still_dps / _SPREAD)
             cal = cal.at(still.temp_c).but(gyro_bias_dps=still.gyro_dps)
+            measured = True
         except NotStill as error:
             text = "gyro bias not measured, the stored one (or zero) is used: it %s"
             warnings.append(text % error)
-    return _folding(cal, imu, config, warnings), warnings
+    folded = _folding(cal, imu, config, warnings)
+    return folded, warnings, folded is cal and (measured or any(cal.gyro_bias_dps))
 
 
 def _folding(cal, imu, config, warnings):

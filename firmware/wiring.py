@@ -20,6 +20,7 @@ from firmware.tick import estimate, judge
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
+_UNMEASURED_US = const(60000000)  # of motion, from which the bias is learned
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
@@ -133,8 +134,9 @@ def since_us(app):
     return min(app.loop.since_us(), 1000000) if app.loop.running else 0
 
 
-def begin(app):
-    """One sample, levelled, so that the angles are true before the first tick."""
+def begin(app, known):
+    """One sample, levelled, so that the angles are true before the first tick. known: whether the
+    gyro's bias is; else nothing is claimed until it has rested, or for a minute."""
     words, tick, imu = app.tick.words, app.tick, app.imu
     for place in _FRESH:
         words[place] = 0
@@ -143,6 +145,8 @@ def begin(app):
     words[_SURE] = words[_FORGET] = words[_ODD] = 1
     for place in range(len(tick.est)):
         tick.est[place] = 0
+    if not known:
+        words[_UNSURE_US] = _UNMEASURED_US if app.filter.knows_yaw else _UNKNOWN_US
     startup.first(imu)
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
@@ -158,9 +162,7 @@ def change(app, pace):
     running = app.loop.running
     began = (time.ticks_us() - since_us(app)) & _WRAP
     with app.bus:
-        rate_hz = startup.sensor_rate_hz(config)
-        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, rate_hz)
-        imu.data_ready(config.drive == "data-ready")
+        startup.set_up(imu, config)
         if pace:
             app.loop.stop()
             app.bus.forget()

@@ -123,7 +123,7 @@ class Gap:
         words[_YAW_DOUBT] = doubt if doubt < 180000 else 180000
         if doubt > _LOST_MDEG:
             words[_YAW_LOST] = 1
-        if gap_us > _PREDICT_US and (doubt or self._turns()):
+        if gap_us > _PREDICT_US and (doubt or self._turns()) and words[_UNSURE_US] < _LEVEL_US:
             words[_UNSURE_US] = _LEVEL_US
 
     @micropython.native

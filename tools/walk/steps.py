@@ -131,10 +131,10 @@ class Steps:
         app = world.app
         if name in ("undo", "defaults"):
             world.checks.changed()
-        world.checks.zeroing |= name == "zero_yaw"
+        if name == "zero_yaw" and app.filter is not None:
+            world.checks.zero()
+            world.checks.zeroing = True  # until the next tick
         self._call(getattr(app, name), how=how, after=after)
-        if not app.running and app.loop and name == "zero_yaw":
-            world.checks.zeroing = False
 
     def ask(self, name):
         """Something that changes nothing."""

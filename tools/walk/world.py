@@ -66,8 +66,8 @@ class World:
 
         begin, use = wiring.begin, wiring.use
 
-        def begun(app):
-            begin(app)
+        def begun(app, known):
+            begin(app, known)
             self.checks.began()
 
         def used(app, new):
