@@ -11,6 +11,9 @@ app.stop()
 """
 
 import gc
+
+gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+
 from array import array
 
 import micropython
@@ -23,6 +26,7 @@ from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config, checked
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
+from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 
@@ -38,6 +42,7 @@ _YAW_DOUBT = const(28)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
+ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
 _UNDO = const(20)
 
 _HELP = """app.start(), app.stop()            run in the background; end
@@ -74,6 +79,7 @@ class App:
         self.board = board or find()
         self.config = Config()
         self.warnings = self.config.load()
+        self._believe_knobs()
         self.config.change = self.set
         self.tick = Tick()
         self.bus = Bus()
@@ -86,9 +92,20 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
+        self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
         self._watched = False
+        self._attached = []
         self._past = []
+
+    def _believe_knobs(self):
+        """Knobs from the flash that do not go together never stop a start."""
+        if self.config.changed():
+            try:
+                startup.check(self.config)
+            except ValueError as error:
+                self.warnings.append("knobs on the flash: %s; all have their defaults" % error)
+                self.config.reset()
 
     def __repr__(self):
         if not self.running:
@@ -108,17 +125,30 @@ class App:
         return self.loop is not None and self.loop.running
 
     def start(self):
-        """Set all up and run in the background. OSError, with what to check, without a sensor."""
+        """Set all up and run in the background. OSError, with what to check, without a sensor;
+        ValueError where knobs do not go together."""
+        self._begin(self.running)
+
+    def _begin(self, ran):
+        """Start; where it fails, a loop that ran before is said to stand still now."""
+        try:
+            self._start()
+        except BaseException as error:
+            if ran or isinstance(error, KeyboardInterrupt):
+                print("stopped: app.start() begins anew")
+            raise
+
+    def _start(self):
         self.stop()
         for other in self._running:
             if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
-        startup.sensor_rate_hz(self.config)
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
-        self.calibration, warnings = startup.calibration(self.imu, self.config)
+        startup.check(self.config)
+        self._find_sensor()
+        self.calibration, warnings, known = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
+        self.warnings = warnings
         wiring.adopt_sensor(self)
         wiring.settle(self)
         wiring.wire(self, None)
@@ -126,7 +156,8 @@ class App:
             self._watched = True
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
-        wiring.begin(self)
+        gc.threshold(-1)
+        wiring.begin(self, known)
         self._running.append(self)
         self.loop.start()
 
@@ -148,6 +179,13 @@ class App:
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _find_sensor(self):
+        """`imu` is there and measures as the knobs say. OSError says what to check."""
+        if self.imu is None:
+            self.imu = startup.sensor(self.board, self.config)
+        else:
+            startup.again(self.imu, self.board, self.config)
+
     def _same_sensor(self, other):
         return (
             other.board.i2c_id == self.board.i2c_id
@@ -158,13 +196,12 @@ class App:
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
         try:
+            self._find_sensor()
             return work(self.imu)
         finally:
             if running:
-                self.start()
+                self._begin(True)
 
     # ---- knobs
 
@@ -172,42 +209,63 @@ class App:
         """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
         the sensor does not take it; then all is as it was."""
         config = self.config
-        before = config.values()
+        before, running = config.values(), self.running
         config.set(name, value)
         try:
-            self._apply(name)
+            self._apply(name, before)
         except BaseException:
             config.take(before)
-            if self.loop and (name in CHIP or name in PACE):
-                wiring.change(self, name in PACE)
+            self._take_back(name, running)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
+        self.stream.changed(None if name in ALL_OVER else name)
 
-    def _apply(self, name):
+    def _take_back(self, name, running):
+        """All as it was; the loop goes on, or else the outputs are safe."""
+        try:
+            if self.loop and (name in CHIP or name in PACE):
+                wiring.change(self, name in PACE)
+            if running and not self.running:
+                self.loop.start()
+        finally:
+            if running and not self.running:
+                self.outputs.safe()
+
+    def _apply(self, name, before):
         config = self.config
-        startup.sensor_rate_hz(config)
         if self.loop is None:
+            startup.check(config)
             return
+        startup.sensor_rate_hz(config)
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "address":
-            self._change_sensor()
+            self._change_sensor(before)
         elif name == "filter":
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
             else:
-                wiring.use(self, wiring.made(self, self.filter))
+                wiring.renew(self, self.filter)
         elif name in filters.SETTINGS[config.filter]:
             wiring.prepare(self, settings=filters.settings(config, self.imu))
+        elif name.split("_")[0] in self._attached:
+            self.outputs.tune(self.period_us)
         else:
             wiring.settle(self)
 
-    def _change_sensor(self):
-        running = self.running
+    def _change_sensor(self, before):
+        running, old = self.running, self.imu
         self.stop()
         self.imu = None
-        if running:
-            self.start()
+        try:
+            if running:
+                self._start()
+        except BaseException:
+            self.config.take(before)
+            old.use_bus(self.board.i2c())  # the search for the other one has used its wires
+            self.imu = old
+            self._begin(True)
+            raise
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
@@ -239,6 +297,20 @@ class App:
         self.config.save()
         return "saved; %s" % (self.config.changed() or "all knobs have their defaults")
 
+    # ---- applications
+
+    def has(self, name):
+        """Whether the application of this name runs on this app."""
+        return name in self._attached
+
+    def attach(self, name, controller):
+        """Let a controller of firmware.apps drive, and run. It has update(app), safe() and
+        tune(period_us), which is called also when one of its knobs (NAME_...) changes."""
+        self._attached.append(name)
+        self.outputs.add(controller.update, controller.safe, hard=True, tune=controller.tune)
+        if not self.running:
+            self.start()
+
     # ---- directions
 
     def zero_yaw(self):
@@ -267,11 +339,11 @@ class App:
         wiring.prepare(self, calibration=calibration)
 
     def other_part(self):
-        """Another part was plugged in, whose biases nobody knows."""
+        """Another part was plugged in, whose biases nobody knows, nor how it was turned."""
         self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
         self.calibration = self.calibration.mounting()
         wiring.warm(self)
-        wiring.use(self, wiring.made(self, None))
+        wiring.begin_anew(self)
 
     # ---- what one asks
 
@@ -314,8 +386,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+        self._find_sensor()
         return Calibrating(self.imu)
 
     @property
@@ -337,6 +408,12 @@ class App:
     def yaw_doubt_deg(self):
         """How far outages may have put the yaw off since the start or zero_yaw(), degrees."""
         return self.tick.words[_YAW_DOUBT] / 1000
+
+    @property
+    def turned_deg(self):
+        """Like yaw_deg, and whole turns counted: 725 after two turns and five degrees."""
+        est = self.tick.est
+        return (est[4] + 360000 * est[15]) / 1000
 
     @property
     def fresh(self):

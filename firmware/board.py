@@ -9,7 +9,7 @@ import sys
 import time
 
 import machine
-from machine import I2C, Pin, SoftI2C, Timer
+from machine import I2C, PWM, Pin, SoftI2C, Timer
 
 # What sys.implementation._machine contains (the first row that fits), then the pins.
 # name, platform, contains, I2C id, SDA, SCL, INT, servo and ESC outputs, timer ids (lead, tick)
@@ -25,6 +25,8 @@ BOARDS = (
 _BUS_HZ = 400000  # the sensor's limit
 _TIMEOUT_US = 2000  # a burst takes 400 us; the port's own 50 ms would stop the loop for 12 ticks
 _HALF_CLOCK_US = 5
+
+_taken = {}  # type: dict  # output pin: who drives it
 
 
 class Board:
@@ -114,6 +116,30 @@ class Board:
         """Addresses that answer, bit-banged; `swapped`: as if SDA and SCL had changed places."""
         sda, scl = (self.scl, self.sda) if swapped else (self.sda, self.scl)
         return SoftI2C(scl=Pin(scl), sda=Pin(sda), freq=100000, timeout=_TIMEOUT_US).scan()
+
+    def take(self, owner, count):
+        """The first `count` output pins, for `owner` (a word) alone. ValueError where another
+        has one of them, or there are not so many."""
+        pins = self.outputs[:count]
+        if len(pins) < count:
+            raise ValueError("%s needs %d outputs, the board has %d" % (owner, count, len(pins)))
+        for pin in pins:
+            if _taken.get(pin, owner) != owner:
+                raise ValueError("GP%d drives %s already, not %s" % (pin, _taken[pin], owner))
+        for pin in pins:
+            _taken[pin] = owner
+        return pins
+
+    def give_back(self, owner):
+        """The pins that `owner` took are free again."""
+        for pin in [pin for pin in _taken if _taken[pin] == owner]:
+            del _taken[pin]
+
+    def pwm(self, pin, freq_hz, duty_ns=0):
+        """A PWM output that carries this pulse from its first one on: some ports begin with half
+        of the period, which is a kick for a motor and full speed for some ESCs.
+        """
+        return PWM(Pin(pin), freq=freq_hz, duty_ns=duty_ns)
 
     def watchdog(self, timeout_ms):
         """The board's watchdog, started: it cannot be stopped again."""

@@ -31,9 +31,24 @@ def faults(app):
     return out
 
 
+class Stats(dict):
+    """A dict that prints a group a line."""
+
+    _GROUPS = ("period", "jitter", "late", "step", "output", "telemetry")
+
+    def __repr__(self):
+        lines = {}
+        for name in sorted(self):
+            group = name.split("_")[0]
+            group = group if group in self._GROUPS else ""
+            lines.setdefault(group, []).append("%r: %r" % (name, self[name]))
+        rows = [", ".join(lines[group]) for group in sorted(lines)]
+        return "{%s}" % ",\n ".join(rows)
+
+
 def stats(app):
     """Timing (firmware.loop), faults by cause, outputs and telemetry, as a dict."""
-    out = app.loop.stats() if app.loop else {}
+    out = Stats(app.loop.stats() if app.loop else {})
     out.update(faults(app))
     words = app.tick.words
     out["tick"] = app.tick_kind

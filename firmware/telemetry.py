@@ -61,10 +61,14 @@ class Console:
         return False
 
     def key(self):
-        """Whether a key waits to be read; it is left for the REPL."""
+        """Whether a key waits to be read."""
         for _ in self._in.ipoll(0):
             return True
         return False
+
+    def take(self):
+        """Read the key that waits, so that it is not the REPL's."""
+        sys.stdin.read(1)
 
 
 class Telemetry:
@@ -111,7 +115,8 @@ class Telemetry:
                 time.sleep_ms(10)
                 passed = time.ticks_diff(time.ticks_ms(), began)
                 if seconds is not None and passed >= seconds * 1000:
-                    break
+                    return
+            self.console.take()
         except KeyboardInterrupt:
             pass
         finally:

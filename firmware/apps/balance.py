@@ -11,52 +11,72 @@ ends up in the target lean, not in a robot that drives away.
 
     from firmware.apps import balance
     app = balance.start()     # motors: left forward, left back, right forward, right back
+    app.balance.arm()         # hold it upright for a second: then it balances
+
+Gains are knobs: balance_kp, balance_kd, balance_speed, balance_travel; for the robot in
+tools/plants/balance.py.
 """
 
 import micropython
 from control import HBridge
 from control.fixed import PID
-from machine import PWM, Pin
 from micropython import const
 
-from firmware.app import App
+from firmware.apps.arming import refuse, running, running_app
 
-# Gains in permille of the supply and degrees; for the robot in tools/plants/balance.py.
-KP, KD = 200.0, 6.0
-_SPEED_MDEG = const(20)  # of lean against each permille of drive
-TRAVEL = 0.006  # degrees of lean per permille of drive and second
 _LAG_US = const(200000)  # of the drive's low-pass
 _LEAN_MAX_MDEG = const(12000)
 _FALLEN_MDEG = const(40000)
 _UPRIGHT_MDEG = const(5000)
+_PWM_HZ = const(20000)
 
 
 class Balance:
-    """The controller as an output of the app. Angles in millidegrees, drive in permille."""
+    """The controller as a hard output of the app. Angles in millidegrees, drive in permille.
 
-    def __init__(self, motors, period_us):
+    armed: the motors may turn once it has been held upright for a second, and again after a
+    fall, until disarm(), a stale estimate or the end of the loop. running: they do.
+    """
+
+    def __init__(self, app, motors):
+        self._app = app
         self._motors = motors
-        self.running = False
-        self.tune(period_us)
+        self.armed = self.running = False
+        self.tune(app.period_us or 1000000 // app.config.rate_hz)
 
     def tune(self, period_us):
-        """The loop's period, which the app tells also when it changes."""
+        """The loop's period and the knobs; the app calls it whenever they change."""
+        config = self._app.config
+        self._speed_mdeg = round(config.balance_speed * 1000)
         self._lag = period_us * 1024 // (_LAG_US + period_us)
-        self._per_tick = round(TRAVEL * 1000 * period_us / 1000000 * 1024)
-        self.pid = PID(KP / 1000, 0, KD / 1000, 1000, 1000000 / period_us, input_max=500000)
+        self._per_tick = round(config.balance_travel * 1000 * period_us / 1000000 * 1024)
+        kp, kd = config.balance_kp / 1000, config.balance_kd / 1000
+        self.pid = PID(kp, 0, kd, 1000, 1000000 / period_us, input_max=500000)
         self._second = 1000000 // period_us
         self._begin()
 
+    def arm(self, app=None):
+        """Let the motors turn once it stands upright. ValueError says why not."""
+        refuse(app or self._app)
+        self._begin()
+        self.armed = True
+
+    def disarm(self):
+        """Motors off, until arm()."""
+        self.safe()
+
     @micropython.native
     def update(self, app):
-        """In each tick. Starts when the robot has been held upright for 1 s."""
+        """In each tick. Starts when the armed robot has been held upright for 1 s."""
+        if not self.armed:
+            return
         lean = app.angles_mdeg[1]
         if not self.running:
             upright = -_UPRIGHT_MDEG < lean < _UPRIGHT_MDEG
             self._wait = self._wait - 1 if upright else self._second
             self.running = self._wait == 0
         elif lean > _FALLEN_MDEG or lean < -_FALLEN_MDEG:
-            self.safe()
+            self._rest()
         else:
             self._balance(lean, app.rates_mdps[1])
 
@@ -66,7 +86,7 @@ class Balance:
         self._travel += speed * self._per_tick
         limit = _LEAN_MAX_MDEG << 10
         self._travel = min(max(self._travel, -limit), limit)
-        target = -_SPEED_MDEG * speed - (self._travel >> 10)
+        target = -self._speed_mdeg * speed - (self._travel >> 10)
         target = min(max(target, -_LEAN_MAX_MDEG), _LEAN_MAX_MDEG)
         drive = -self.pid.update(target - lean, rate)
         self._speed += (drive - speed) * self._lag
@@ -81,22 +101,27 @@ class Balance:
         self.pid.reset()
 
     @micropython.native
-    def safe(self):
-        """Fallen, or the estimate is lost: motors off until it stands upright again."""
+    def _rest(self):
         self.running = False
-        self._begin()
-        for motor in self._motors:
+        for motor in self._motors:  # first, whatever happens to the rest
             motor.stop()
+        self._begin()
+
+    @micropython.native
+    def safe(self):
+        """The estimate is lost, or the loop ends: motors off and disarmed."""
+        self.armed = False
+        self._rest()
 
 
 def start(app=None):
-    """Set up and run; returns the app, whose `.balance` is the controller."""
-    app = app or App()
+    """Set up and run, disarmed; returns the app, whose `.balance` is the controller."""
+    app = running_app(app)
+    if app.has("balance"):
+        return running(app)
+    pins = app.board.take("balance", 4)
+    pwms = [app.board.pwm(pin, _PWM_HZ) for pin in pins]
     app.set("dlpf_hz", 94)
-    pwms = [PWM(Pin(pin)) for pin in app.board.outputs]
-    app.balance = Balance(
-        (HBridge(pwms[0], pwms[1]), HBridge(pwms[2], pwms[3])), 1000000 // app.config.rate_hz
-    )
-    app.outputs.add(app.balance.update, app.balance.safe, hard=True, tune=app.balance.tune)
-    app.start()
+    app.balance = Balance(app, (HBridge(pwms[0], pwms[1]), HBridge(pwms[2], pwms[3])))
+    app.attach("balance", app.balance)
     return app

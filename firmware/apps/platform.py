@@ -10,53 +10,43 @@ left of the tilt, with a model of the servo to tell what is still under way.
 
     from firmware.apps import platform
     app = platform.start()      # roll servo on the board's first output, pitch on its second
+
+Knobs: platform_lead_ms (how far ahead the base is looked for), platform_slew_dps.
 """
 
 import micropython
 from control import Servo
-from machine import PWM, Pin
 from micropython import const
 
-from firmware.app import App
+from firmware.apps.arming import running, running_app
 
 # A standard servo: a pulse waits for its frame of 20 ms, then the servo's own loop closes the way.
 _DELAY_US = const(12000)
 _LAG_US = const(28000)
-_LEAD_MS = const(45)  # how far ahead the base is looked for: both, and the sensor's own delay
 _SMOOTH_US = const(25000)  # of the base's rate: a servo is never quite where its model is
-_SLEW_DPS = const(300)
+_PWM_HZ = const(50)
 
 
 class Axis:
     """One servo and what is known of it. Angles in millidegrees, rates in millidegrees/s."""
 
-    def __init__(self, servo, period_us):
+    def __init__(self, servo, period_us, lead_ms, slew_dps):
         self.servo = servo
-        self.tune(period_us)
-        self.reset()
+        self.command = 0  # asked of the servo
+        self.reached = 0  # where it is by now, as far as the model knows
+        self.base_rate = 0
+        self.tune(period_us, lead_ms, slew_dps)
 
-    def tune(self, period_us, lag_us=_LAG_US, lead_ms=_LEAD_MS, slew_dps=_SLEW_DPS):
-        """Settings of the servo's model: its lag, its speed, and how far to look ahead."""
-        self._waiting = [0] * max(1, _DELAY_US // period_us)  # commands on their way to it
-        self._weight = period_us * 1024 // (lag_us + period_us)
+    def tune(self, period_us, lead_ms, slew_dps):
+        """Settings of the servo's model: its speed, and how far to look ahead. What is on its
+        way to the servo is the last command."""
+        self._waiting = [self.command] * max(1, _DELAY_US // period_us)
+        self._next = 0
+        self._weight = period_us * 1024 // (_LAG_US + period_us)
         self._smooth = period_us * 1024 // (_SMOOTH_US + period_us)
         self._step = slew_dps * period_us // 1000
         self._per_s = 1000000 // period_us
         self._lead_ms = lead_ms
-
-    def reset(self):
-        """The servo is at its middle and at rest."""
-        self.command = 0  # asked of the servo
-        self.reached = 0  # where it is by now, as far as the model knows
-        self.base_rate = 0
-        self.resume()
-
-    def resume(self):
-        """What is on its way to the servo is the last command, wherever it is."""
-        waiting = self._waiting
-        for k in range(len(waiting)):
-            waiting[k] = self.command
-        self._next = 0
 
     @micropython.native
     def update(self, tilt, rate):
@@ -73,20 +63,23 @@ class Axis:
 
 
 class Platform:
-    """The two axes as an output of the app."""
+    """The two axes as a hard output of the app."""
 
-    def __init__(self, servos, period_us):
-        self.roll = Axis(servos[0], period_us)
-        self.pitch = Axis(servos[1], period_us)
+    def __init__(self, app, servos):
+        self._app = app
+        period_us = app.period_us or 1000000 // app.config.rate_hz
+        model = (app.config.platform_lead_ms, app.config.platform_slew_dps)
+        self.roll = Axis(servos[0], period_us, *model)
+        self.pitch = Axis(servos[1], period_us, *model)
         # until the attitude has settled the accelerometer still moves it, and the servos' jerks
         # move the accelerometer: held back for a second, or the platform shakes itself up
         self._wait = 1000000 // period_us
 
     def tune(self, period_us):
-        """The loop's period, which the app tells also when it changes."""
+        """The loop's period and the knobs; the app calls it whenever they change."""
+        config = self._app.config
         for axis in (self.roll, self.pitch):
-            axis.tune(period_us)
-            axis.resume()
+            axis.tune(period_us, config.platform_lead_ms, config.platform_slew_dps)
 
     @micropython.native
     def update(self, app):
@@ -108,12 +101,13 @@ def start(app=None):
 
     With another sensor: app = App(); app.imu = MinIMU9(app.board.i2c()); start(app).
     """
-    app = app or App()
-    if app.imu is None:  # a sensor of the caller's, a MinIMU9 say, keeps its own filter
+    app = running_app(app)
+    if app.has("platform"):
+        return running(app)
+    pins = app.board.take("platform", 2)
+    if app.imu is None or hasattr(app.imu, "set_up"):  # a MinIMU-9 keeps its own filter
         app.set("dlpf_hz", 94)
-    pins = app.board.outputs
-    servos = [Servo(PWM(Pin(pin))) for pin in pins[:2]]
-    app.platform = Platform(servos, 1000000 // app.config.rate_hz)
-    app.outputs.add(app.platform.update, app.platform.safe, hard=True, tune=app.platform.tune)
-    app.start()
+    servos = [Servo(app.board.pwm(pin, _PWM_HZ)) for pin in pins]
+    app.platform = Platform(app, servos)
+    app.attach("platform", app.platform)
     return app

@@ -28,9 +28,11 @@ _LOST_MDEG = const(15000)  # from here on the yaw is not claimed any more
 
 @micropython.viper
 def _copy(held: ptr16, memory: ptr16):
-    i = 0
+    value = 0
+    i = 0  # the fourth local: an older one is in a register, where 1.26 would change it
     while i < 7:
-        held[i] = memory[i]
+        value = memory[i]
+        held[i] = value
         i += 1
 
 
@@ -121,7 +123,7 @@ class Gap:
         words[_YAW_DOUBT] = doubt if doubt < 180000 else 180000
         if doubt > _LOST_MDEG:
             words[_YAW_LOST] = 1
-        if gap_us > _PREDICT_US and (doubt or self._turns()):
+        if gap_us > _PREDICT_US and (doubt or self._turns()) and words[_UNSURE_US] < _LEVEL_US:
             words[_UNSURE_US] = _LEVEL_US
 
     @micropython.native

@@ -120,3 +120,30 @@ def test_linear_acceleration_is_without_gravity_and_in_the_robots_frame(name, ro
     assert filt.linear_accel_g() == pytest.approx((0.3, -0.2, 0.1), abs=2e-3)
     w, x, y, z = filt.quaternion()
     assert w * w + x * x + y * y + z * z == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", INTEGER)
+def test_a_state_is_of_one_instant_whatever_comes_in_between(name):
+    filt, body = make(name), Body()
+    turn(filt, body, (50, 0, 0), 0.1)
+
+    class Interrupted(type(filt._s)):
+        """An array during whose first copy a tick comes in."""
+
+        def __getitem__(self, key):
+            copy = super().__getitem__(key)
+            if isinstance(key, slice) and not ticks:
+                ticks.append(1)
+                for i, value in enumerate(after):
+                    self[filt._state_at + i] = value
+            return copy
+
+    before = filt.state()
+    ticks = [1]
+    turn(filt, body, (50, 0, 0), 0.004)
+    after = filt.state()
+    assert before != after
+    filt.set_state(before)
+    filt._s, ticks[:] = Interrupted("i", filt._s), []
+    assert filt.state() == after
+    assert ticks == [1]

@@ -79,3 +79,15 @@ def test_only_those_named_write_a_place(name):
     for place in stores(FILES[name]):
         row = next(row for row in table() if row[0] <= place <= row[1])
         assert WRITER.get(name, name) in row[3], row
+
+
+def test_the_kalman_filters_two_files_agree():
+    files = ("kalman_step.py", "kalman_tilt2.py")
+    step, rest = (constants(FOLDER.parent / name) for name in files)
+    shared = set(step) & set(rest)
+    assert len(shared) > 10
+    assert {name: step[name] for name in shared} == {name: rest[name] for name in shared}
+    base = constants(FOLDER.parent / "base.py")
+    for name in ("_GYRO_SHIFT", "_STEP", "_RATE", "_RATE_SHIFT"):
+        assert step[name] == base[name] == constants(FILES["step"])[name]
+    assert constants(FOLDER.parent / "gap.py")["_STEP"] == base["_STEP"]

@@ -75,6 +75,18 @@ def test_no_input_overflows_in_gaps_and_changes(make, kind):
             assert max(map(abs, filt.rates_mdps)) < 2**29
 
 
+@pytest.mark.parametrize("kind", ["spin", "square", "corners"])
+@pytest.mark.parametrize("dt_us", [1, 60, 500])
+def test_a_loop_much_faster_than_the_filter_does_not_overflow(kind, dt_us):
+    for rate_hz, gyro_dps in ((40, 250), (80, 2000), (250, 2000), (1000, 500)):
+        filt = Attitude(rate_hz, gyro_dps, 16)
+        filt.calibrate(Skewed)
+        counts = array("h", [0] * 7)
+        for row in adversarial(kind, 600):
+            counts[:] = array("h", row)
+            filt.update(counts, dt_us)
+
+
 def test_a_quaternion_stays_one_under_the_worst_input():
     for kind in KINDS:
         filt = feed(Attitude(250, 2000, 16), adversarial(kind, SAMPLES))

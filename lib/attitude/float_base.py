@@ -20,6 +20,7 @@ class FromCounts:
 
     timed = True  # update() needs the measured time
     at_rest = False  # of filters that do not watch for it
+    knows_yaw = False  # of filters of roll and pitch only
 
     def __init__(self, rate_hz, gyro_dps, accel_g, settings):
         self.rate_hz = rate_hz
@@ -38,6 +39,19 @@ class FromCounts:
 
     def relevel(self):
         """After a gap: level anew; yaw and bias stay."""
+        raise NotImplementedError
+
+    @property
+    def bias_dps(self):
+        """Gyro bias on top of the calibration, deg/s."""
+        raise NotImplementedError
+
+    def standing(self):
+        """Where it stands."""
+        raise NotImplementedError
+
+    def place(self, q):
+        """The same with another attitude."""
         raise NotImplementedError
 
     def _make(self, settings):

@@ -16,15 +16,20 @@ from attitude.tilt import accel_tilt_deg
 class FloatAttitude(FromCounts):
     """The float Attitude: free motion."""
 
+    knows_yaw = True
+
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         super().__init__(rate_hz, gyro_dps, accel_g, settings)
 
     def _make(self, settings):
-        full = {"gyro_range_dps": self.gyro_dps, "accel_range_g": self.accel_g}
-        return (Attitude(self.rate_hz, **full, **settings),)
+        settings = settings.copy()
+        settings["gyro_range_dps"], settings["accel_range_g"] = self.gyro_dps, self.accel_g
+        return (Attitude(self.rate_hz, **settings),)
 
     def _update(self, gyro, accel, dt_s):
-        self.cores[0].update(*gyro, *accel, dt_s)
+        x, y, z = gyro
+        ax, ay, az = accel
+        self.cores[0].update(x, y, z, ax, ay, az, dt_s)
         self._show()
 
     def _show(self):
@@ -121,7 +126,7 @@ class FloatTilt(FromCounts):
         roll, pitch = self.cores
         gyro = self._last or (0.0, 0.0, 0.0)
         rates = [g - getattr(core, "bias_dps", 0.0) for g, core in zip(gyro, self.cores)]
-        self._tell((roll.angle_deg, pitch.angle_deg, 0.0), (*rates, gyro[2]))
+        self._tell((roll.angle_deg, pitch.angle_deg, 0.0), (rates[0], rates[1], gyro[2]))
 
     def _set_angles(self, angles_deg):
         for core, angle in zip(self.cores, angles_deg):

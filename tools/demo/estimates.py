@@ -55,7 +55,7 @@ def estimates(app, recorded, stdout):
             angles = recorded["live"]
         else:
             app.config.set("filter", knob)
-            f = filters.make(app.config, app.calibration, app.imu)
+            f = filters.make(app.config, app.calibration, app.imu, app.config.rate_hz)
             timed = f.timed
             angles = np.empty((len(rows), 2))
             for i, row in enumerate(rows):

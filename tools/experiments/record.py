@@ -4,7 +4,7 @@
 import struct
 
 import numpy as np
-from attitude.fixed.folding import Ideal
+from attitude.counts import Ideal
 
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip, registers

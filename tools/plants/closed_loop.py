@@ -30,6 +30,8 @@ def run(name, make_plant, seconds, platform="rp2", drive=None, chips=None, **chi
 
             app.imu = MinIMU9(app.board.i2c())
         importlib.import_module(f"firmware.apps.{name}").start(app)
+        if name == "balance":
+            app.balance.arm()
         began = port.now_ns
         while port.now_ns - began < seconds * 1e9:
             port.run_ms(10)
@@ -38,5 +40,5 @@ def run(name, make_plant, seconds, platform="rp2", drive=None, chips=None, **chi
         stats = app.stats()
         app.stop()
         if app.outputs.error:
-            raise app.outputs.error
+            raise RuntimeError(f"an output raised: {app.outputs.error!r}")
         return plant, app, stats

@@ -58,6 +58,7 @@ class Fixed:
     _least_hz = 10
 
     at_rest = False  # of filters that do not watch for it
+    knows_yaw = False  # of filters of roll and pitch only
     timed = False  # update() needs no dt: the period is fixed
 
     def __init__(self, rate_hz, gyro_dps, accel_g, size, pending, settings):

@@ -3,7 +3,8 @@
 
 The time is bridged in steps no longer than the period, so that no number leaves its range: each
 with counts on the straight line between the two samples, and with the coefficient STEP for its
-own length. Rates are then integrated by the trapezoid rule over the whole gap.
+own length. Rates are then integrated by the trapezoid rule over the whole gap. A loop more than
+four times as fast as the filter's rate makes Attitude's spans of rest and start shorter.
 """
 
 import micropython

@@ -16,7 +16,7 @@ _ERRORS = """
 EPERM ENOENT EIO EBADF EAGAIN ENOMEM EACCES EEXIST ENODEV EISDIR EINVAL EOPNOTSUPP EADDRINUSE
 ECONNABORTED ECONNRESET ENOBUFS ENOTCONN ETIMEDOUT ECONNREFUSED EHOSTUNREACH EALREADY EINPROGRESS
 """
-_SYS_NAMES = ("stdin", "path", "modules", "argv")
+_SYS_NAMES = ("path", "modules", "argv")
 
 
 def _module(name, **names):
@@ -60,6 +60,19 @@ def _mpy(port):
     return 0x306 | (native << 10 if native != RV32IMC or port.version >= (1, 24) else 0)
 
 
+class _Input:
+    """The board's sys.stdin: what somebody typed into `port.stdin`."""
+
+    def __init__(self, port):
+        self._port = port
+
+    def read(self, count=-1, /):
+        port = self._port
+        end = len(port.stdin) if count < 0 else count
+        text, port.stdin = port.stdin[:end], port.stdin[end:]
+        return text
+
+
 def make_sys(port):
     module = _Sys("sys", "MicroPython's sys.")
     module.platform, module.byteorder, module.maxsize = port.traits.platform, "little", 0x7FFFFFFF
@@ -69,6 +82,7 @@ def make_sys(port):
         name="micropython", version=(*port.version, ""), _machine=port.traits.machine,
         _mpy=_mpy(port), _build=port.traits.build,
     )  # fmt: skip
+    module.stdin = _Input(port)
     module.stdout = _Output(port, lambda: host_sys.stdout)
     module.stderr = _Output(port, lambda: host_sys.stderr)
 
@@ -173,8 +187,8 @@ class Poll:
     def _ready(self):
         found = []
         for stream, events in self._streams:
-            bits = events & (4 if stream is not host_sys.stdin else 0)
-            if stream is host_sys.stdin and self._port.stdin:
+            bits = events & (4 if not isinstance(stream, _Input) else 0)
+            if isinstance(stream, _Input) and self._port.stdin:
                 bits |= events & 1
             if bits:
                 found.append((stream, bits))

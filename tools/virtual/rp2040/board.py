@@ -137,6 +137,16 @@ class VirtualPico:
         self._mcu.core.pc = FLASH_START_ADDRESS
         self.wait_prompt(timeout_s)
 
+    def boot_until(self, pattern, timeout_s=BOOT_S):
+        """Switch on, type nothing, and wait until the board prints what `pattern` finds (a
+        compiled one, of bytes); milliseconds since power-on. PicoError when it does not.
+        """
+        self._console.on_device_connected = lambda: None
+        self._mcu.core.pc = FLASH_START_ADDRESS
+        if not self._run(lambda: pattern.search(self.output), timeout_s):
+            raise PicoError(f"not within {timeout_s} s; printed: {_text(self.output)}")
+        return self.nanos / 1e6
+
     def reset(self, timeout_s=BOOT_S):
         """Press RESET: RAM and peripherals start anew, flash stays; main.py runs again."""
         self._device.hard_reset(cause=ResetCause.RUN_PIN)

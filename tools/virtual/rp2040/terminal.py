@@ -28,12 +28,13 @@ class Terminal:
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
         self.path = os.ttyname(self._slave)
-        self._previous = self._console.on_serial_data
+        self._previous = self._console.on_serial_data, self._console.on_device_connected
         self._console.on_serial_data = self._to_client.extend
+        self._console.on_device_connected = lambda: None  # a host that opens a port types nothing
         return self
 
     def __exit__(self, *exc_info):
-        self._console.on_serial_data = self._previous
+        self._console.on_serial_data, self._console.on_device_connected = self._previous
         os.close(self._master)
         os.close(self._slave)
 

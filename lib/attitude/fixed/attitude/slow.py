@@ -206,7 +206,9 @@ def slow(array):
     k = s[_UP_SAMPLES] + samples
     s[_UP_SAMPLES] = k
     s[_COUNT] = 0
-    t = s[_LEFT] + (n << 15)  # what is left over counts, or a block would never be too short
+    # what is over counts, or no block would ever be shorter; one that ended early has nothing over
+    t = s[_LEFT]
+    t = (n << 15) + t if t < 0 else n << 15
     s[_LEFT] = t if t > 0 else 1
     s[_BEGIN] = 0
     s[_DUE] = 1
