@@ -43,7 +43,7 @@ class Knobs:
                 self._row(*row)
 
     def _row(self, knob, value, default, restarts):
-        self._stars[knob.name] = ui.label().classes("text-sm font-mono")
+        self._stars[knob.name] = ui.label().classes("text-sm font-mono whitespace-pre")
         self._say(knob.name, default, restarts)
         change = partial(self._change, knob)
         if knob.choices:
@@ -51,7 +51,6 @@ class Knobs:
         else:
             own = ui.number(value=value, min=knob.low, max=knob.high, suffix=knob.unit)
             own.on("change", partial(self._typed, knob, own))
-            own.on("keydown.enter", partial(self._typed, knob, own))
         own.props(f'dense outlined aria-label="{knob.name}"').classes("w-full").mark(knob.name)
         self._inputs[knob.name] = own
         allowed = "" if knob.choices else f" ({knob.low:g} to {knob.high:g} {knob.unit})"

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 from nicegui import ui
+from nicegui.element import Element
 
 from tools.link.history import ANGLES
 from tools.scope import step
@@ -89,6 +90,10 @@ def _spectrogram(values, hz):
     return f'<img alt="spectrogram of the gyro" style="width:100%" src="{source}">'
 
 
+class _Body(Element, component="body.js"):
+    """turn(roll, pitch, yaw) in radians."""
+
+
 class Body:
     """A body that stands as the robot does."""
 
@@ -96,14 +101,7 @@ class Body:
 
     def __init__(self, view):
         self._history, self._view = view.session.history, view
-        with ui.scene(width=460, height=360, grid=True).classes("w-full") as scene:
-            with scene.group() as self._body:
-                scene.box(2.4, 1.6, 0.3).material("#0072b2")
-                scene.box(0.5, 0.3, 0.32).move(1.0, 0, 0.05).material("#d55e00")
-                scene.cylinder(0.05, 0.05, 1.0).move(0, 0, 0.5).rotate(math.pi / 2, 0, 0).material(
-                    "#666666"
-                )
-            scene.move_camera(x=-3.5, y=-3.5, z=2.5, look_at_z=0, duration=0)
+        self._body = _Body().classes("w-full")
         self._numbers = ui.label().classes("font-mono text-sm")
         self._flags = ui.label().classes("text-sm")
 
@@ -112,7 +110,7 @@ class Body:
         if self._view.tabs.value != self.name:
             return
         roll, pitch, yaw = (self._history.last(name) for name in ANGLES)
-        self._body.rotate(*(math.radians(angle) for angle in (roll, pitch, yaw)))
+        self._body.run_method("turn", *(math.radians(angle) for angle in (roll, pitch, yaw)))
         self._numbers.text = f"roll {roll:8.2f}°  pitch {pitch:8.2f}°  yaw {yaw:8.2f}°"
         flags = self._history.flags()
         said = [text for bit, text in ((1, "predicted"), (2, "at rest"), (4, "tilt uncertain"),

@@ -39,11 +39,12 @@ class View:
         self.dark.auto()
         with ui.column().classes("w-full gap-1"):
             self._top()
-            with ui.row().classes("w-full no-wrap items-start gap-4"):
+            with ui.row().classes("w-full no-wrap items-start gap-4 overflow-hidden"):
                 with ui.column().classes("gap-0").style("flex: 3 1 0; min-width: 0"):
                     self._tools()
                     self._charts()
-                with ui.column().classes("gap-0").style("flex: 2 1 0; min-width: 26rem"):
+                right = ui.column().classes("gap-0 overflow-hidden")
+                with right.style("flex: 2 1 0; min-width: 0"):
                     self._tabs()
         ui.timer(TICK_S, self._tick)
         ui.timer(0.5, self._slow)
@@ -70,12 +71,12 @@ class View:
             ui.select(
                 {span: f"{span} s" for span in SPANS}, value=10, label="window",
                 on_change=lambda e: self._both("setSpan", e.value),
-            ).props("dense")  # fmt: skip
+            ).props("dense").classes("w-24")  # fmt: skip
             ui.switch("Fixed scale", on_change=lambda e: self._both("setFixed", e.value))
             ui.button("CSV", on_click=lambda: self._both("csv", "plumb")).props("dense outline")
             ui.button("PNG", on_click=lambda: self._both("png", "plumb")).props("dense outline")
             below = ui.select(list(GROUPS), value=self.group, on_change=self._regroup)
-            below.props('dense aria-label="traces below"')
+            below.props('dense aria-label="traces below"').classes("w-40")
 
     def _charts(self):
         traces = [

@@ -2,7 +2,8 @@
 // Traces over time with uPlot: live or paused, cursor and difference, marks, gaps, export.
 // Samples come as base64 of float32, row by row: seconds after t0, then a value for each trace.
 const KEEP_S = 65, TRIM = 4000;
-const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#666"];
+const ON_WHITE = ["#0072b2", "#d55e00", "#00805d", "#a8568a", "#9a6a00", "#2a7fb0", "#6a4a94", "#555"];
+const ON_BLACK = ["#56b4e9", "#ff8a3c", "#2fd6a3", "#e8a0cb", "#f0c04a", "#9ad4f5", "#c0a8e0", "#bbb"];
 const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
 
 function floats(b64) {
@@ -53,6 +54,7 @@ export default {
       const ink = dark ? "#ddd" : "#222", lines = dark ? "#3a3a3a" : "#e2e2e2";
       const axis = { stroke: ink, grid: { stroke: lines, width: 1 }, ticks: { stroke: lines, width: 1 } };
       this.ink = ink;
+      const colours = dark ? ON_BLACK : ON_WHITE;
       this.paper = dark ? "#121212" : "#ffffff";
       this.chart = new uPlot({
         width: Math.max(200, this.$refs.plot.clientWidth), height: this.height, title: this.title,
@@ -61,7 +63,7 @@ export default {
         axes: [{ ...axis, values: (u, v) => v.map((s) => s.toFixed(s % 1 ? 1 : 0) + " s") }, { ...axis, size: 60 }],
         series: [{ label: "time", value: (u, v) => (v == null ? "" : v.toFixed(3) + " s") },
           ...this.traces.map((t, i) => ({
-            label: t.label, width: t.thin ? 1 : 1.6, stroke: COLOURS[t.colour ?? i % COLOURS.length],
+            label: t.label, width: t.thin ? 1 : 1.6, stroke: colours[t.colour ?? i % colours.length],
             dash: DASHES[t.dash ?? i % DASHES.length], points: { show: false }, spanGaps: false,
             show: t.show !== false, value: (u, v) => (v == null ? "" : v.toFixed(t.digits ?? 2) + " " + t.unit),
           }))],
@@ -194,8 +196,8 @@ export default {
       u.ctx.save();
       u.ctx.fillStyle = "rgba(128,128,128,0.35)";
       for (const t of this.gaps) {
-        const next = this.data[0][firstAtLeast(this.data[0], t) + 1] ?? t;
-        const a = Math.max(left, u.valToPos(t, "x", true)), b = Math.min(left + width, u.valToPos(next, "x", true));
+        const at = firstAtLeast(this.data[0], t), last = this.data[0][at - 1] ?? t, next = this.data[0][at + 1] ?? t;
+        const a = Math.max(left, u.valToPos(last, "x", true)), b = Math.min(left + width, u.valToPos(next, "x", true));
         if (b > left && a < left + width) u.ctx.fillRect(a, top, Math.max(1, b - a), height);
       }
       u.ctx.restore();
@@ -223,7 +225,7 @@ export default {
       const lines = [["t [s]", ...shown.map((k) => `${this.traces[k].label} [${this.traces[k].unit}]`)].join(",")];
       for (let i = low; i < high; i++)
         lines.push([this.data[0][i].toFixed(6), ...shown.map((k) => this.data[k + 1][i] ?? "")].join(","));
-      this.save(new Blob([lines.join("\n") + "\n"], { type: "text/csv" }), name + ".csv");
+      this.save(new Blob([lines.join("\n") + "\n"], { type: "text/csv" }), this.file(name) + ".csv");
       return lines.length - 1;
     },
     png(name) {
@@ -231,8 +233,9 @@ export default {
       to.width = from.width; to.height = from.height;
       const ctx = to.getContext("2d");
       ctx.fillStyle = this.paper; ctx.fillRect(0, 0, to.width, to.height); ctx.drawImage(from, 0, 0);
-      to.toBlob((blob) => this.save(blob, name + ".png"));
+      to.toBlob((blob) => this.save(blob, this.file(name) + ".png"));
     },
+    file(name) { return name + "-" + this.title.toLowerCase().replace(/[^a-z]+/g, "-"); },
     save(blob, name) {
       const link = document.createElement("a");
       link.href = URL.createObjectURL(blob); link.download = name; link.click();

@@ -10,7 +10,6 @@ from nicegui.element import Element
 from tools.scope import assets
 
 SLOW_ROWS = 400  # points of a trace in the slower chart
-NARROW = 0.01
 
 
 def rows(t, values, gap, period_s):
@@ -20,10 +19,9 @@ def rows(t, values, gap, period_s):
     t0 = float(t[0])
     table = np.column_stack([t - t0, values]).astype(np.float32)
     holes = np.flatnonzero(gap)
-    holes = holes[holes > 0]
     if len(holes):
         empty = np.full((len(holes), table.shape[1]), np.nan, np.float32)
-        empty[:, 0] = t[holes - 1] + period_s - t0
+        empty[:, 0] = t[holes] - period_s - t0
         table = np.insert(table, holes, empty, axis=0)
     return t0, base64.b64encode(table.tobytes()).decode()
 
