@@ -11,6 +11,9 @@ app.stop()
 """
 
 import gc
+
+gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+
 from array import array
 
 import micropython
@@ -23,6 +26,7 @@ from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config, checked
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
+from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 
@@ -38,6 +42,7 @@ _YAW_DOUBT = const(28)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
+ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
 _UNDO = const(20)
 
 _HELP = """app.start(), app.stop()            run in the background; end
@@ -87,6 +92,7 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
+        self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
         self._watched = False
         self._attached = []
@@ -138,10 +144,7 @@ class App:
             if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.check(self.config)
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
-        else:
-            startup.awake(self.imu, self.config)
+        self._find_sensor()
         self.calibration, warnings, known = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
@@ -153,6 +156,7 @@ class App:
             self._watched = True
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
+        gc.threshold(-1)
         wiring.begin(self, known)
         self._running.append(self)
         self.loop.start()
@@ -175,6 +179,13 @@ class App:
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _find_sensor(self):
+        """`imu` is there and measures as the knobs say. OSError says what to check."""
+        if self.imu is None:
+            self.imu = startup.sensor(self.board, self.config)
+        else:
+            startup.again(self.imu, self.board, self.config)
+
     def _same_sensor(self, other):
         return (
             other.board.i2c_id == self.board.i2c_id
@@ -185,9 +196,8 @@ class App:
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
         try:
+            self._find_sensor()
             return work(self.imu)
         finally:
             if running:
@@ -199,16 +209,27 @@ class App:
         """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
         the sensor does not take it; then all is as it was."""
         config = self.config
-        before = config.values()
+        before, running = config.values(), self.running
         config.set(name, value)
         try:
             self._apply(name, before)
         except BaseException:
             config.take(before)
-            if self.loop and (name in CHIP or name in PACE):
-                wiring.change(self, name in PACE)
+            self._take_back(name, running)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
+        self.stream.changed(None if name in ALL_OVER else name)
+
+    def _take_back(self, name, running):
+        """All as it was; the loop goes on, or else the outputs are safe."""
+        try:
+            if self.loop and (name in CHIP or name in PACE):
+                wiring.change(self, name in PACE)
+            if running and not self.running:
+                self.loop.start()
+        finally:
+            if running and not self.running:
+                self.outputs.safe()
 
     def _apply(self, name, before):
         config = self.config
@@ -224,7 +245,7 @@ class App:
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
             else:
-                wiring.use(self, wiring.made(self, self.filter))
+                wiring.renew(self, self.filter)
         elif name in filters.SETTINGS[config.filter]:
             wiring.prepare(self, settings=filters.settings(config, self.imu))
         elif name.split("_")[0] in self._attached:
@@ -365,8 +386,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+        self._find_sensor()
         return Calibrating(self.imu)
 
     @property

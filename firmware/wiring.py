@@ -90,24 +90,10 @@ def wire(app, old):
     )
     app.loop.readers = readers
     app.period_us = app.loop.period_us
-    use(app, made(app, old))
+    renew(app, old)
     app.tick.wire(app.imu, app.bus.words, app.loop.period_us, timed, lead_us)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
-
-
-def made(app, old):
-    """The filter of the app's knobs, which stands where `old` (None: nowhere) stands now."""
-    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
-    if old is not None:
-        words = app.tick.words
-        words[_PAUSE] = 1  # the old one does not move while it is looked at
-        try:
-            new.go_on_from(old, since_us(app))
-        except BaseException:
-            words[_PAUSE] = 0
-            raise
-    return new
 
 
 def begin_anew(app):
@@ -118,21 +104,29 @@ def begin_anew(app):
     stands = app.filter.standing()
     if stands:
         new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
-    use(app, new)
+    app.filter = new
+    app.tick.use(new)
     words[_UNSURE_US] = _UNKNOWN_US
     words[_YAW_LOST] = words[_ODD] = 1
     words[_YAW_DOUBT] = 180000
 
 
-def use(app, new):
-    """The tick works with this filter from now on."""
+def renew(app, old):
+    """The filter of the app's knobs, which goes on from where `old` (None: nowhere) stands now,
+    is what the tick works with from now on."""
     words = app.tick.words
-    if app.filter is not None and words[_PAUSE]:
-        app.tick.gap.rescale(GYRO_LSB_PER_DPS[app.filter.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
-    app.filter = new
-    app.tick.use(new)
-    words[_ODD] = 1
-    words[_PAUSE] = 0
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    try:
+        if old is not None:
+            words[_PAUSE] = 1  # the old one does not move while it is looked at
+            new.go_on_from(old, since_us(app))
+            gap = app.tick.gap
+            gap.rescale(GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
+        app.filter = new
+        app.tick.use(new)
+        words[_ODD] = 1
+    finally:  # also after a Ctrl-C
+        words[_PAUSE] = 0
 
 
 def since_us(app):
@@ -153,7 +147,7 @@ def begin(app, known):
         tick.est[place] = 0
     if not known:
         words[_UNSURE_US] = _UNMEASURED_US if app.filter.knows_yaw else _UNKNOWN_US
-    imu.read()
+    startup.first(imu)
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
     estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
@@ -174,7 +168,7 @@ def change(app, pace):
             app.bus.forget()
             wire(app, app.filter)
         else:
-            use(app, made(app, app.filter))
+            renew(app, app.filter)
         settle(app)
         words[_FORGET] = words[_ODD] = 1
     if pace and running:
@@ -202,5 +196,5 @@ def follow(app, period_us):
     try:
         prepare(app, period_us=period_us)
     except ValueError:  # further off than its coefficients reach: one made for it
-        use(app, made(app, app.filter))
+        renew(app, app.filter)
     app.outputs.tune(period_us)

@@ -30,9 +30,11 @@ _LOST_MDEG = const(15000)  # from here on the yaw is not claimed any more
 
 @micropython.viper
 def _copy(held: ptr16, memory: ptr16):
-    i = 0
+    value = 0
+    i = 0  # the fourth local: an older one is in a register, where 1.26 would change it
     while i < 7:
-        held[i] = memory[i]
+        value = memory[i]
+        held[i] = value
         i += 1
 
 

@@ -114,13 +114,13 @@ class Rig:
     def watch(self):
         """Look at each tick of the app, from now on."""
         app, outputs = self.app, self.app.outputs
-        hand_over = outputs._hand_over
+        hand_over = outputs.hand_over
 
         def again():
             hand_over()
             self._wrap(app.tick)
 
-        outputs._hand_over = again
+        outputs.hand_over = again
         self._wrap(app.tick)
 
     def _wrap(self, tick):

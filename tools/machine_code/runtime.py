@@ -63,9 +63,8 @@ class Runtime(Objects):
         return address, 1
 
     def nlr_push(self, buffer):
-        registers, after = self._here
-        self._handlers.append([buffer, dict(registers), after])
-        return 0
+        self._handlers.append([buffer])
+        return self.setjmp(buffer)
 
     def setjmp(self, _buffer):
         registers, after = self._here
@@ -76,9 +75,8 @@ class Runtime(Objects):
         self._handlers.pop()
 
     def raise_(self, word):
-        if word == NO_OBJECT or self.decode(word) is None:
-            return
-        raise self.decode(word)
+        if word != NO_OBJECT and self.decode(word) is not None:
+            raise self.decode(word)
 
     # conversions
 
@@ -202,8 +200,8 @@ class Runtime(Objects):
         iterator = self.encode(iter(self.decode(word)))
         if buffer == 0:
             return iterator
-        self.memory.store(buffer, 4, NO_OBJECT)  # the buffer has no iterator itself ...
-        self.memory.store(buffer + 4, 4, iterator)  # ... but knows one
+        self.memory.store(buffer, 4, NO_OBJECT)  # it has no iterator itself, but knows one
+        self.memory.store(buffer + 4, 4, iterator)
         return NO_OBJECT
 
     def iternext(self, buffer):
