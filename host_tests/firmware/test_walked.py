@@ -65,7 +65,7 @@ def test_what_nobody_measured_is_claimed_after_a_rest(tmp_path):
         walk.do("wait", ms=1000)
         assert walk.world.app.uncertain
         walk.do("move", kind="rest")
-        walk.do("wait", ms=5000)
+        walk.do("wait", ms=7000)  # the filter wants some seconds of rest
         assert not walk.world.app.uncertain and not walk.world.app.stale
     finally:
         walk.world.port.__exit__(None, None, None)
