@@ -157,7 +157,7 @@ def check(config):
 
 def calibration(imu, config):
     """(Calibration, warnings, known): the stored one, with the gyro's bias as measured now; known:
-    whether that was measured, now or ever."""
+    2 when that was measured now, 1 when it was once, else 0."""
     cal, warnings = load_for(imu)
     measured = False
     first(imu)
@@ -178,7 +178,8 @@ def calibration(imu, config):
             text = "gyro bias not measured, the stored one (or zero) is used: it %s"
             warnings.append(text % error)
     folded = _folding(cal, imu, config, warnings)
-    return folded, warnings, folded is cal and (measured or any(cal.gyro_bias_dps))
+    known = 2 if measured else 1 if any(cal.gyro_bias_dps) else 0
+    return folded, warnings, known if folded is cal else 0
 
 
 def _folding(cal, imu, config, warnings):

@@ -20,6 +20,7 @@ from firmware.tick import estimate, judge
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
+_LEVEL_US = const(1500000)  # until the accelerometer's mean is a level
 _UNMEASURED_US = const(60000000)  # of motion, from which the bias is learned
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
@@ -135,8 +136,9 @@ def since_us(app):
 
 
 def begin(app, known):
-    """One sample, levelled, so that the angles are true before the first tick. known: whether the
-    gyro's bias is; else nothing is claimed until it has rested, or for a minute."""
+    """One sample, levelled, so that the angles are true before the first tick. known: of
+    startup.calibration(). Without a bias nothing is claimed until it has rested, or for a minute;
+    and not for a moment where it may move, which the first level does not know."""
     words, tick, imu = app.tick.words, app.tick, app.imu
     for place in _FRESH:
         words[place] = 0
@@ -145,8 +147,9 @@ def begin(app, known):
     words[_SURE] = words[_FORGET] = words[_ODD] = 1
     for place in range(len(tick.est)):
         tick.est[place] = 0
-    if not known:
-        words[_UNSURE_US] = _UNMEASURED_US if app.filter.knows_yaw else _UNKNOWN_US
+    if known < 2:
+        unknown_us = _UNMEASURED_US if app.filter.knows_yaw else _UNKNOWN_US
+        words[_UNSURE_US] = _LEVEL_US if known else unknown_us
     startup.first(imu)
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])

@@ -46,7 +46,10 @@ def _knobs():
         values = st.sampled_from(good + good + (knob.default,) + _BAD[:1])
         made.append(st.tuples(st.just(knob.name), values | st.sampled_from(good)))
     bad = st.tuples(st.sampled_from([*(k.name for k in KNOBS), "rate", ""]), st.sampled_from(_BAD))
-    filters = st.tuples(st.just("filter"), st.sampled_from(KNOBS[8].choices))
+    filters = st.tuples(
+        st.just("filter"),
+        st.sampled_from([c for k in KNOBS if k.name == "filter" for c in k.choices]),
+    )
     return st.one_of(st.one_of(made), st.one_of(made), st.one_of(made), filters, bad)
 
 
