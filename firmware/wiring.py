@@ -9,11 +9,13 @@ import time
 from array import array
 
 from attitude.counts import GYRO_LSB_PER_DPS
+from attitude.standing import of_angles
+from attitude.tilt import accel_tilt_deg
 from micropython import const
 
 from firmware import filters, startup
-from firmware.calibration import Warming
 from firmware.faults.mend import Mend
+from firmware.learning import Learning
 from firmware.loop import Loop
 from firmware.tick import estimate, judge
 
@@ -22,6 +24,7 @@ _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second ea
 _CORRECT_EDGES = const(1)
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
+_NO = (0.0, 0.0, 0.0)
 
 # places: firmware.tick.words
 _ODD = const(0)
@@ -31,6 +34,8 @@ _RING_US = const(7)
 _SURE = const(8)
 _FORGET = const(9)
 _SWAP = const(10)
+_UNSURE_US = const(16)
+_UNCERTAIN = const(12)  # of firmware.tick.estimate
 _EVERY = const(13)
 _LIMIT = const(22)
 _PAUSE = const(24)
@@ -40,17 +45,25 @@ _FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
 _COUNT = const(30)
 
 
-def adopt_sensor(app):
-    """The app's `imu` is there: its bus is shared from now on."""
+def adopt_sensor(app, known):
+    """The app's `imu` is there: its bus is shared from now on. known: firmware.learning's."""
     app.imu.lock = app.bus
     app.bus.finish = app.imu.finish
     app.mend = Mend(app.imu, app.board, app.bus, app.tick.words, app.other_part)
-    warm(app)
+    learn(app, known)
 
 
-def warm(app):
-    """The calibration follows the temperature of this part."""
-    app.warming = Warming(app.calibration, app.imu, app.recalibrate)
+def learn(app, known):
+    """The calibration follows this part's temperature and rests; known: firmware.learning."""
+    app.learning = Learning(
+        app.calibration,
+        known,
+        app.imu,
+        app.tick.words,
+        app.config.still_dps,
+        app.recalibrate,
+        app.rested,
+    )
 
 
 def settle(app):
@@ -121,8 +134,10 @@ def since_us(app):
     return min(app.loop.since_us(), 1000000) if app.loop.running else 0
 
 
-def begin(app):
-    """One sample, levelled, so that the angles are true before the first tick."""
+def begin(app, still):
+    """One sample, levelled, so that the angles are true before the first tick. still: the Rest
+    that has been, whose means are better than one sample, or None.
+    """
     words, tick, imu = app.tick.words, app.tick, app.imu
     for place in _FRESH:
         words[place] = 0
@@ -132,9 +147,32 @@ def begin(app):
     for place in range(len(tick.est)):
         tick.est[place] = 0
     startup.first(imu)
+    if app.learning.known:
+        accel_g = still.accel_g if still else imu.accel_g()
+        begin_at(app.filter, app.calibration.apply(accel_g, _NO)[0])
+        if not still:
+            app.filter.relevel()
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
     estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
+    app.learning.begin()
+    tick.est[_UNCERTAIN] = 1 if words[_UNSURE_US] else 0
+
+
+def begin_at(filter, accel_g, yaw_deg=0.0):
+    """The filter stands as at a rest: the bias is that of its calibration."""
+    roll, pitch = accel_tilt_deg(*accel_g)
+    filter.begin_at((of_angles(roll, pitch, yaw_deg), _NO, _NO, _NO))
+
+
+def rested(app, calibration):
+    """A rest has shown another bias of the gyro: the filter goes on from there, its yaw stays."""
+    imu, old = app.imu, app.filter
+    app.calibration = calibration
+    new = filters.make(app.config, calibration, imu, 1e6 / app.period_us)
+    begin_at(new, calibration.apply(imu.accel_g(), _NO)[0], old.yaw_mdeg / 1000)
+    app.tick.words[_PAUSE] = 1
+    use(app, new)
 
 
 def change(app, pace):
