@@ -19,7 +19,7 @@ from array import array
 import micropython
 from micropython import const
 
-from firmware import filters, sample, startup, wiring
+from firmware import filters, learning, sample, startup, wiring
 from firmware.board import find
 from firmware.bus import Bus
 from firmware.calibration import keep_learned
@@ -87,7 +87,7 @@ class App:
         self.period_us = 0
         self.tick_kind = "soft"
         self.outputs = Outputs(self.tick, self)
-        self.imu = self.filter = self.loop = self.calibration = self.mend = self.warming = None
+        self.imu = self.filter = self.loop = self.calibration = self.mend = self.learning = None
         self.angles_mdeg = memoryview(self.tick.est)[2:5]
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
@@ -145,11 +145,12 @@ class App:
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.check(self.config)
         self._find_sensor()
-        self.calibration, warnings, known = startup.calibration(self.imu, self.config)
-        for text in self.warnings + warnings:
+        began = learning.begin(self.imu, self.config)
+        self.calibration = began.calibration
+        for text in self.warnings + began.warnings:
             print("warning:", text)
-        self.warnings = warnings
-        wiring.adopt_sensor(self)
+        self.warnings = began.warnings
+        wiring.adopt_sensor(self, began.known)
         wiring.settle(self)
         wiring.wire(self, None)
         if self.config.watchdog_ms and not self._watched:
@@ -157,7 +158,7 @@ class App:
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
-        wiring.begin(self, known)
+        wiring.begin(self, began.still)
         self._running.append(self)
         self.loop.start()
 
@@ -175,7 +176,7 @@ class App:
         self.bus.forget()
         self.outputs.safe()
         try:
-            keep_learned(self.warming.learned(), self.imu)
+            keep_learned(self.learning.learned(), self.imu)
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
@@ -336,13 +337,18 @@ class App:
 
     def recalibrate(self, calibration):
         """Correct the samples by this Calibration from the next tick on."""
+        self.calibration = calibration
         wiring.prepare(self, calibration=calibration)
+
+    def rested(self, calibration):
+        """A rest has shown that the gyro's bias is this Calibration's."""
+        wiring.rested(self, calibration)
 
     def other_part(self):
         """Another part was plugged in, whose biases nobody knows, nor how it was turned."""
         self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
         self.calibration = self.calibration.mounting()
-        wiring.warm(self)
+        wiring.learn(self, learning.NOTHING)
         wiring.begin_anew(self)
 
     # ---- what one asks

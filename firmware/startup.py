@@ -10,24 +10,27 @@ from array import array
 from errno import ENODEV
 
 from calibration import Calibration
-from calibration.rest import NotStill, rest
 from micropython import const
 from mpu6050 import MPU6050, ranges
 
 from firmware import filters
 from firmware.board import diagnose
-from firmware.calibration import load_for
 
 _OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
 _PATIENCE_MS = const(1000)  # a supply may take 100 ms to rise (PS p. 15), a plug to be pushed in
 _EACH_MS = const(100)  # of which one attempt asks for its name
 _FIRST = const(30)
-_SPREAD = 6.0
+# what the driver advises, and the knob for it
+_WAYS = (
+    ("address=0x68", 'app.set("address", 0x68)'),
+    ("address=0x69", 'app.set("address", 0x69)'),
+    ("allow_unknown", 'app.set("allow_unknown", 1)'),
+)
 
 
 def sensor(board, config):
     """The driver, configured. OSError with what was seen, how often, and what to check."""
-    seen = {}
+    seen = {}  # type: dict
 
     def make(i2c):
         imu = MPU6050(
@@ -89,8 +92,9 @@ def _patiently(work, board, config, seen):
     # raised out here, so that one traceback is shown
     passed_s = time.ticks_diff(time.ticks_ms(), began) / 1000
     text = "%s\nTried %d times in %.1f s." % (failure.args[-1], tries, passed_s)
-    if "allow_unknown" in text:
-        text += ' In the app: app.set("allow_unknown", 1) or app.set("address", 0x69).'
+    knobs = [knob for way, knob in _WAYS if way in text]
+    if knobs:
+        text += " In the app: %s." % " or ".join(knobs)
     if 2 * sum([n for got, n in seen.items() if got >= 0]) <= sum(seen.values()):
         text += "\nSeen: %s" % diagnose(board, config.address)
     raise OSError(failure.args[0], text)
@@ -153,47 +157,3 @@ def check(config):
     rate_hz = sensor_rate_hz(config)
     ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
     filters.make(config, Calibration(), _Ranges(config), config.rate_hz)
-
-
-def calibration(imu, config):
-    """(Calibration, warnings, known): the stored one, with the gyro's bias as measured now; known:
-    2 when that was measured now, 1 when it was once, else 0."""
-    cal, warnings = load_for(imu)
-    measured = False
-    first(imu)
-    cal = cal.at(imu.temp_c())
-    if config.self_test:
-        from firmware.report import tested
-
-        good, lines = tested(imu)
-        if not good:
-            warnings.append("self-test failed, or the sensor was moved: " + ", ".join(lines))
-    if config.rest_s:
-        time.sleep_ms(_settling_ms(config, imu))
-        try:
-            still = rest(imu, config.rest_s, config.still_dps / _SPREAD)
-            cal = cal.at(still.temp_c).but(gyro_bias_dps=still.gyro_dps)
-            measured = True
-        except NotStill as error:
-            text = "gyro bias not measured, the stored one (or zero) is used: it %s"
-            warnings.append(text % error)
-    folded = _folding(cal, imu, config, warnings)
-    known = 2 if measured else 1 if any(cal.gyro_bias_dps) else 0
-    return folded, warnings, known if folded is cal else 0
-
-
-def _folding(cal, imu, config, warnings):
-    """`cal`, or as much of it as this range's integers can hold."""
-    for less in (cal, cal.mounting(), Calibration()):
-        try:
-            filters.make(config, less, imu, config.rate_hz)
-            return less
-        except ValueError as error:
-            warnings.append("the stored calibration is not used: %s" % error)
-    return cal
-
-
-def _settling_ms(config, imu):
-    """Until the low-pass has forgotten the gyro's start: five of its time constants, and two of
-    the sensor's samples."""
-    return int(5 * 160 / config.dlpf_hz + 2000 / imu.rate_hz)

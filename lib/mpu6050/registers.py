@@ -10,7 +10,7 @@ _EIO = const(5)
 _TRIES = const(3)  # of a transfer that fails at once, and of a row that reads back wrong
 _QUICK_US = const(2000)  # a stuck bus takes longer: it is not asked again
 _ASK_MS = const(2)
-_STEADY = const(50)  # an answer that nobody expects is one after so many in a row
+_STEADY = const(30)  # an answer that nobody expects is one after so many in a row
 
 
 class Registers:
