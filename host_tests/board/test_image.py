@@ -9,6 +9,7 @@ import pytest
 from host_tests.board import test_fixed
 from tools.image import measure
 from tools.image.build import Sources, build, flash_bytes
+from tools.release.checks import IMAGE_BYTES
 from tools.virtual import images
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
@@ -128,8 +129,8 @@ def test_it_fits_and_starts_within_the_bars(image):
     added = flash_bytes(image) - flash_bytes(plain)
     costs = measure.frozen(image)
     print(added, costs)
-    assert 50_000 < added <= 150 * 1024
-    assert 5_000 < costs["heap_used"] <= 30 * 1024
+    assert 50_000 < added <= IMAGE_BYTES
+    assert 5_000 < costs["heap_used"] <= 40 * 1024
     assert costs["heap_free"] > 200_000
     assert costs["import_ms"] <= 60
     assert 0.5 < costs["collect_ms"] <= 3

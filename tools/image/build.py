@@ -17,6 +17,9 @@ from tools.virtual.images.workshop import one_builder
 
 # What the radio needs, as Git submodules; no Debian package has them all.
 RADIO = ("cyw43-driver", "lwip", "btstack")
+# Objects that a collection remembers while it follows others. MicroPython's 64 are too few for an
+# app of forty modules: each time they run out the whole heap is gone through once more.
+DEFINITIONS = {"rp2040": ("MICROPY_ALLOC_GC_STACK_SIZE=512",)}
 # A Pico W's own flash layout and name: its files outlive a change of image.
 _NO_RADIO = {
     "mpconfigboard.cmake": 'set(PICO_BOARD "pico")\nset(PICO_PLATFORM "rp2040")\n',
@@ -82,6 +85,8 @@ def build(board, sources, ours=True, fresh=False):
             what = {"tree": sources.tree, "epoch": sources.epoch}
             if not sources.path:
                 what = {"version": sources.name}
+            if ours:
+                what["definitions"] = DEFINITIONS.get(recipes.platform(board_dir), ())
             recipes.build_rp2(name, manifest, board, board_dir, **what)
         noted.write_text(inputs)
     return kept
