@@ -4,7 +4,3 @@
 from tools.virtual.port import install_micropython
 
 install_micropython()
-
-from tools.virtual.port import install_micropython
-
-install_micropython()  # checked, before a tool could install the quick one
