@@ -127,10 +127,15 @@ class App:
     def start(self):
         """Set all up and run in the background. OSError, with what to check, without a sensor;
         ValueError where knobs do not go together."""
+        self._begin(self.running)
+
+    def _begin(self, ran):
+        """Start; where it fails, a loop that ran before is said to stand still now."""
         try:
             self._start()
-        except KeyboardInterrupt:
-            print("stopped before it ran: app.start()")
+        except BaseException as error:
+            if ran or isinstance(error, KeyboardInterrupt):
+                print("stopped: app.start() begins anew")
             raise
 
     def _start(self):
@@ -139,9 +144,8 @@ class App:
             if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.check(self.config)
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
-        self.calibration, warnings = startup.calibration(self.imu, self.config)
+        self._find_sensor()
+        self.calibration, warnings, known = startup.calibration(self.imu, self.config)
         for text in self.warnings + warnings:
             print("warning:", text)
         self.warnings = warnings
@@ -153,7 +157,7 @@ class App:
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
-        wiring.begin(self)
+        wiring.begin(self, known)
         self._running.append(self)
         self.loop.start()
 
@@ -175,6 +179,13 @@ class App:
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _find_sensor(self):
+        """`imu` is there and measures as the knobs say. OSError says what to check."""
+        if self.imu is None:
+            self.imu = startup.sensor(self.board, self.config)
+        else:
+            startup.again(self.imu, self.board, self.config)
+
     def _same_sensor(self, other):
         return (
             other.board.i2c_id == self.board.i2c_id
@@ -185,13 +196,12 @@ class App:
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
         try:
+            self._find_sensor()
             return work(self.imu)
         finally:
             if running:
-                self.start()
+                self._begin(True)
 
     # ---- knobs
 
@@ -199,19 +209,29 @@ class App:
         """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
         the sensor does not take it; then all is as it was."""
         config = self.config
-        before = config.values()
+        before, running = config.values(), self.running
         config.set(name, value)
         try:
-            self._apply(name)
+            self._apply(name, before)
         except BaseException:
             config.take(before)
-            if self.loop and (name in CHIP or name in PACE):
-                wiring.change(self, name in PACE)
+            self._take_back(name, running)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
         self.stream.changed(None if name in ALL_OVER else name)
 
-    def _apply(self, name):
+    def _take_back(self, name, running):
+        """All as it was; the loop goes on, or else the outputs are safe."""
+        try:
+            if self.loop and (name in CHIP or name in PACE):
+                wiring.change(self, name in PACE)
+            if running and not self.running:
+                self.loop.start()
+        finally:
+            if running and not self.running:
+                self.outputs.safe()
+
+    def _apply(self, name, before):
         config = self.config
         if self.loop is None:
             startup.check(config)
@@ -220,12 +240,12 @@ class App:
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "address":
-            self._change_sensor()
+            self._change_sensor(before)
         elif name == "filter":
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
             else:
-                wiring.use(self, wiring.made(self, self.filter))
+                wiring.renew(self, self.filter)
         elif name in filters.SETTINGS[config.filter]:
             wiring.prepare(self, settings=filters.settings(config, self.imu))
         elif name.split("_")[0] in self._attached:
@@ -233,12 +253,19 @@ class App:
         else:
             wiring.settle(self)
 
-    def _change_sensor(self):
-        running = self.running
+    def _change_sensor(self, before):
+        running, old = self.running, self.imu
         self.stop()
         self.imu = None
-        if running:
-            self.start()
+        try:
+            if running:
+                self._start()
+        except BaseException:
+            self.config.take(before)
+            old.use_bus(self.board.i2c())  # the search for the other one has used its wires
+            self.imu = old
+            self._begin(True)
+            raise
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
@@ -312,11 +339,11 @@ class App:
         wiring.prepare(self, calibration=calibration)
 
     def other_part(self):
-        """Another part was plugged in, whose biases nobody knows."""
+        """Another part was plugged in, whose biases nobody knows, nor how it was turned."""
         self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
         self.calibration = self.calibration.mounting()
         wiring.warm(self)
-        wiring.use(self, wiring.made(self, None))
+        wiring.begin_anew(self)
 
     # ---- what one asks
 
@@ -359,8 +386,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+        self._find_sensor()
         return Calibrating(self.imu)
 
     @property

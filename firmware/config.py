@@ -21,6 +21,7 @@ _ROWS = (
     ("drive", "timer", "", ("timer", "data-ready"), 0, 0, "what ticks: timer, or the INT line"),
     ("burst", "auto", "", ("auto", "split", "blocking"), 0, 0, "auto: split on the RP2 port"),
     ("address", 0x68, "", (0x68, 0x69), 0, 0, "of the sensor; AD0 high is 0x69"),
+    ("allow_unknown", 0, "", (0, 1), 0, 0, "1: take an unknown WHO_AM_I for an MPU6050"),
     ("gyro_dps", 500, "deg/s", (250, 500, 1000, 2000), 0, 0, "range of the gyroscope"),
     ("accel_g", 8, "g", (2, 4, 8, 16), 0, 0, "range of the accelerometer"),
     ("dlpf_hz", 44, "Hz", (260, 184, 94, 44, 21, 10, 5), 0, 0, "the sensor's low-pass"),

@@ -18,11 +18,13 @@ _AGE_US = const(3)
 _STALE_US = const(5)
 _DUE = const(12)
 _WAITING = const(14)
+_UNSURE_US = const(16)
 _AGAIN = const(25)
 _COUNT = const(30)
 _TICKS = const(5)
 _AT_REST = const(11)  # firmware.tick.estimate
 
+_LEVEL_US = const(1500000)  # the longest that is not said of the bias
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
 _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
 _CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
@@ -60,9 +62,10 @@ class Foreground:
             if self.error is None:
                 sys.print_exception(error)
             self.error = error
-        bus.patient = patient
-        looked = self._ticks[_TICKS] - self._looked
-        words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
+        finally:  # also after a Ctrl-C, which goes to whatever runs
+            bus.patient = patient
+            looked = self._ticks[_TICKS] - self._looked
+            words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
 
     def _busy(self, app):
         """Whether every tick is to be followed by this."""
@@ -94,7 +97,10 @@ class Foreground:
                     app.mend.repair()
             except OSError as error:
                 app.mend.count(error)
-        app.warming.look(app.tick.est[_AT_REST], self._looks % _LOOKS_HZ == 0)
+        rested = app.tick.est[_AT_REST]
+        if rested and self._words[_UNSURE_US] > _LEVEL_US:
+            self._words[_UNSURE_US] = _LEVEL_US  # at rest the bias is learned
+        app.warming.look(rested, self._looks % _LOOKS_HZ == 0)
         if self._looks % self._correct_every == 0:
             self._correct(app)
 

@@ -1,10 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""What happens once, before the loop runs: the stored calibration and the gyro's bias at rest."""
+"""The sensor found and set up, before the loop runs.
+
+As tolerant as the flight: what fails is tried again for a while, then refused with what was seen,
+how often, and what to check.
+"""
 
 import time
+from array import array
+from errno import ENODEV
 
 from calibration import Calibration
 from calibration.rest import NotStill, rest
+from micropython import const
 from mpu6050 import MPU6050, ranges
 
 from firmware import filters
@@ -12,28 +19,108 @@ from firmware.board import diagnose
 from firmware.calibration import load_for
 
 _OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
-_SPREAD = 6.0  # from the least to the largest of some hundred samples, in standard deviations
+_PATIENCE_MS = const(1000)  # a supply may take 100 ms to rise (PS p. 15), a plug to be pushed in
+_EACH_MS = const(100)  # of which one attempt asks for its name
+_FIRST = const(30)
+_SPREAD = 6.0
 
 
 def sensor(board, config):
-    """The driver, configured. OSError with the driver's words and what the bus itself shows."""
-    failure = None
-    try:
+    """The driver, configured. OSError with what was seen, how often, and what to check."""
+    seen = {}
+
+    def make(i2c):
         imu = MPU6050(
-            board.i2c(),
+            i2c or board.i2c(),
             address=config.address,
             gyro_dps=config.gyro_dps,
             accel_g=config.accel_g,
             dlpf_hz=config.dlpf_hz,
             rate_hz=sensor_rate_hz(config),
+            allow_unknown=config.allow_unknown,
+            wait_ms=_EACH_MS,
+            seen=seen,
         )
-    except OSError as error:
-        failure = error
-    if failure is not None:  # raised out here, so that one traceback is shown
-        seen = diagnose(board, config.address)
-        raise OSError(failure.args[0], "%s\nSeen: %s" % (failure.args[-1], seen))
-    imu.data_ready(config.drive == "data-ready")
-    return imu
+        imu.data_ready(config.drive == "data-ready")
+        return imu
+
+    return _patiently(make, board, config, seen)
+
+
+def again(imu, board, config):
+    """A sensor that stood still meanwhile measures again, as the knobs say: it may sleep, have
+    lost its supply, or have another master's settings. OSError as sensor()."""
+
+    def look(i2c):
+        if i2c:
+            imu.use_bus(i2c)
+        if not (imu.same_part() or imu.same_part() or imu.adopt()):
+            raise OSError(ENODEV, "another device answers at 0x%02X than before" % imu.address)
+        if imu.asleep:
+            imu.wake()
+        imu.rewind()
+        for _ in range(imu.rows):
+            if not (imu.check() or imu.recheck()):
+                imu.reset()
+                imu.configure()
+                break
+        set_up(imu, config)
+        return imu
+
+    return _patiently(look, board, config, {})
+
+
+def _patiently(work, board, config, seen):
+    """What work(i2c) returns, tried for _PATIENCE_MS with a bus that is freed in between: the
+    sensor may come up later than the board, or hang in a transfer that a reset cut off.
+
+    i2c: None at first, then the bus made anew.
+    """
+    began = time.ticks_ms()
+    i2c = failure = None
+    tries = 0
+    while failure is None or time.ticks_diff(time.ticks_ms(), began) < _PATIENCE_MS:
+        tries += 1
+        try:
+            return work(i2c)
+        except OSError as error:
+            failure = error
+        i2c = board.recover()
+    # raised out here, so that one traceback is shown
+    passed_s = time.ticks_diff(time.ticks_ms(), began) / 1000
+    text = "%s\nTried %d times in %.1f s." % (failure.args[-1], tries, passed_s)
+    if "allow_unknown" in text:
+        text += ' In the app: app.set("allow_unknown", 1) or app.set("address", 0x69).'
+    if 2 * sum([n for got, n in seen.items() if got >= 0]) <= sum(seen.values()):
+        text += "\nSeen: %s" % diagnose(board, config.address)
+    raise OSError(failure.args[0], text)
+
+
+def first(imu):
+    """A good sample is in the driver's counts: of each word the middle one of three, so that one
+    broken transfer is not what everything begins with. OSError when none comes."""
+    failure = None
+    bursts = []
+    for _ in range(_FIRST):
+        try:
+            imu.read()
+            if imu.plausible():
+                bursts.append(array("h", imu.counts))
+        except OSError as error:
+            failure = error
+        if len(bursts) == 3:
+            for i in range(7):
+                imu.counts[i] = sorted([burst[i] for burst in bursts])[1]
+            return
+        time.sleep_ms(1)
+    raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
+
+
+def set_up(imu, config):
+    """The knobs to a sensor that goes on measuring. OSError when it does not take them."""
+    if hasattr(imu, "set_up"):  # a MinIMU-9 keeps its own settings
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
+        imu.data_ready(config.drive == "data-ready")
 
 
 def sensor_rate_hz(config):
@@ -69,9 +156,11 @@ def check(config):
 
 
 def calibration(imu, config):
-    """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
+    """(Calibration, warnings, known): the stored one, with the gyro's bias as measured now; known:
+    2 when that was measured now, 1 when it was once, else 0."""
     cal, warnings = load_for(imu)
-    imu.read()
+    measured = False
+    first(imu)
     cal = cal.at(imu.temp_c())
     if config.self_test:
         from firmware.report import tested
@@ -84,10 +173,13 @@ def calibration(imu, config):
         try:
             still = rest(imu, config.rest_s, config.still_dps / _SPREAD)
             cal = cal.at(still.temp_c).but(gyro_bias_dps=still.gyro_dps)
+            measured = True
         except NotStill as error:
             text = "gyro bias not measured, the stored one (or zero) is used: it %s"
             warnings.append(text % error)
-    return _folding(cal, imu, config, warnings), warnings
+    folded = _folding(cal, imu, config, warnings)
+    known = 2 if measured else 1 if any(cal.gyro_bias_dps) else 0
+    return folded, warnings, known if folded is cal else 0
 
 
 def _folding(cal, imu, config, warnings):

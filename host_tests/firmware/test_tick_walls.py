@@ -89,8 +89,9 @@ def test_machine_code_of_the_tick_allocates_nothing_that_can_be_seen(path, funct
             assert node.func.id not in SLOW
 
 
-def test_a_closure_of_the_tick_closes_over_nothing_but_its_defaults():
-    """Beyond four names a call of a closure allocates: here there are none at all."""
+def test_a_closure_of_the_tick_never_allocates_when_called():
+    """Closed-over names and arguments together beyond five do: native code closes over none,
+    viper, which has no defaults, over few."""
     for path in TICK:
         for outer in ast.walk(tree(path)):
             if not isinstance(outer, ast.FunctionDef):
@@ -103,7 +104,11 @@ def test_a_closure_of_the_tick_closes_over_nothing_but_its_defaults():
                 if isinstance(inner, ast.FunctionDef) and is_fast(inner):
                     own = {a.arg for a in inner.args.args}
                     used = {n.id for n in own_nodes(inner) if isinstance(n, ast.Name)}
-                    assert not (used & bound) - own, (path.name, inner.name, (used & bound) - own)
+                    closed = (used & bound) - own
+                    viper = any(d.attr == "viper" for d in inner.decorator_list)
+                    assert len(closed) + len(own) <= 5 if viper else not closed, (
+                        path.name, inner.name, closed,
+                    )  # fmt: skip
 
 
 # ---- the words that both worlds share

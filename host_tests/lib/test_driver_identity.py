@@ -81,7 +81,7 @@ def test_an_unknown_part_is_refused_with_its_id_unless_allowed():
     stranger.power_on()
     with rig("rp2 soft", stranger) as r:
         r.wait_ms(100)
-        with pytest.raises(OSError, match=r"0x68.*reads 0x42, expected 0x68.*allow_unknown=True"):
+        with pytest.raises(OSError, match=r"at 0x68.*0x42 50 times; expected 0x68.*DS3231.*allow_unknown=True"):
             r.sensor()
         imu = r.sensor(allow_unknown=True)
         assert (imu.who_am_i, imu.profile.name) == (0x42, "unknown 0x42")
@@ -91,7 +91,7 @@ def test_an_unknown_part_is_refused_with_its_id_unless_allowed():
 def test_a_dead_data_line_is_not_called_a_clone(value):
     with rig() as r:
         r.fault("filled", value=value)
-        with pytest.raises(OSError, match="reads 0x%02X.*data line seems dead" % value):
+        with pytest.raises(OSError, match="0x%02X [0-9]+ times.*data line seems dead" % value):
             r.sensor()
 
 
@@ -101,7 +101,7 @@ def test_nothing_on_the_bus(kind):
     with rig(kind) as r:
         r.bus.devices.clear()
         with pytest.raises(
-            OSError, match=r"no answer at 0x68.*Nothing answers.*swapped"
+            OSError, match=r"at 0x68.*(EIO|ENODEV) [0-9]+ times.*Nothing answers.*swapped"
         ) as caught:
             r.sensor()
         assert isinstance(caught.value.args[0], int)
@@ -126,7 +126,7 @@ def test_another_device_on_the_bus_is_named():
 def test_a_stuck_line(kind):
     with rig(kind) as r:
         r.fault("timeout")
-        with pytest.raises(OSError, match=r"no answer at 0x68.*held low.*pull-ups"):
+        with pytest.raises(OSError, match=r"at 0x68.*ETIMEDOUT.*held low.*pull-ups"):
             r.sensor()
 
 

@@ -54,22 +54,31 @@ def gyro_bias(imu, cal=None, seconds=2.0):
 
 def _sums(imu, ms):
     """Of the samples of so many milliseconds, ten at least: their count, sums and sums of squares
-    of the six axes' counts, sum of the degrees."""
+    of the six axes' counts, sum of the degrees. One in five may fail."""
     pause_us = max(500, min(20000, round(500000 / imu.rate_hz)))
     sums, squares, temp_c = [0] * 6, [0] * 6, 0.0
-    n = 0
+    n = failed = 0
     began = time.ticks_ms()
     while n < 10 or time.ticks_diff(time.ticks_ms(), began) < ms:
-        imu.read()
-        if not imu.plausible():
-            raise NotStill("no data: the sensor sends %s" % list(imu.counts))
+        time.sleep_us(pause_us)
+        failure = None
+        try:
+            imu.read()
+            if not imu.plausible():
+                failure = NotStill("no data: the sensor sends %s" % list(imu.counts))
+        except OSError as error:
+            failure = error
+        if failure:
+            failed += 1
+            if failed > 5 + n // 4:
+                raise failure
+            continue
         for i in range(6):
             value = imu.counts[i if i < 3 else i + 1]
             sums[i] += value
             squares[i] += value * value
         temp_c += imu.temp_c()
         n += 1
-        time.sleep_us(pause_us)
     return n, sums, squares, temp_c
 
 

@@ -8,7 +8,9 @@ Needs lib/mpu6050 beside it, for what both sensors share: ranges and verified re
 Sources: L3GD20 data sheet DocID022116, LSM303DLHC DocID018771; register names as there.
 """
 
+import time
 from array import array
+from math import pi
 
 import micropython
 from micropython import const
@@ -22,7 +24,7 @@ _CTRL_REG4 = const(0x23)  # BDU [7], FS [5:4]; accel HR [3]
 _CTRL_REG5 = const(0x24)  # BOOT [7]: registers and trim as after power-on
 _GYRO_OUT = const(0xA6)  # OUT_TEMP, STATUS, OUT_X_L...: 0x26 with the auto-increment bit
 _ACCEL_OUT = const(0xA8)  # OUT_X_L_A...: 0x28 with the auto-increment bit
-_GYRO_760HZ = const(0xFF)  # 760 Hz, 100 Hz low-pass, awake, all axes
+_GYRO_760HZ = const(0xCF)  # 760 Hz, awake, all axes; low-pass BW [5:4]
 _ACCEL_400HZ = const(0x77)
 _GYRO_ID = const(0xD4)
 _EIO = const(5)
@@ -30,6 +32,7 @@ _EIO = const(5)
 # full scale, FS code, mdps per digit | g, FS code, mg per digit of the upper 12 bits
 _GYRO = ((250, 0, 8.75), (500, 1, 17.5), (2000, 2, 70.0))
 _ACCEL = ((2, 0, 1.0), (4, 1, 2.0), (8, 2, 4.0), (16, 3, 12.0))
+_LOW_PASS_HZ = (30, 35, 50, 100)  # of the gyro at 760 Hz, by BW
 
 
 @micropython.viper
@@ -48,9 +51,10 @@ def _scale(raw: ptr8, n: int, counts: ptr16, at: int, factor: int):
 
 
 class _Chip(Registers):
-    def __init__(self, i2c, address, name, control1, control4):
+    def __init__(self, i2c, address, name, rows):
         super().__init__(i2c, address)
         self.NAME = name
+        control1, control4 = rows
         self._table.extend(bytes((_CTRL_REG1, control1, 0xFF, _CTRL_REG4, control4, 0xFF)))
 
 
@@ -64,45 +68,81 @@ class _Profile:
 class MinIMU9:
     """Both chips, woken, configured and verified. `counts`: ax ay az temp gx gy gz.
 
-    gyro_dps 250, 500 or 2000; accel_g 2, 4, 8 or 16. Gyro 760 Hz behind 100 Hz, accelerometer
-    400 Hz. OSError says what was seen; ValueError lists what can be set.
+    gyro_dps 250, 500 or 2000; accel_g 2, 4, 8 or 16; dlpf_hz: the gyro's low-pass is the nearest
+    of 30, 35, 50 and 100 Hz. Gyro 760 Hz, accelerometer 400 Hz. wait_ms: so long the chips may
+    take to answer. OSError says what was seen; ValueError lists what can be set.
     """
 
     split = False
+    asleep = False
     profile = _Profile
-    delay_s = 0.0016  # of the gyro: a first-order low-pass of 100 Hz; the data sheet gives none
+    rate_hz = 760.0
 
-    def __init__(self, i2c, address=0x6B, accel_address=0x19, gyro_dps=500, accel_g=8):
-        gyro_code, mdps = _row(_GYRO, gyro_dps, "gyro_dps")
-        accel_code, mg = _row(_ACCEL, accel_g, "accel_g")
-        self.gyro_lsb_per_dps = ranges.gyro(gyro_dps)[1]
-        self.accel_lsb_per_g = ranges.accel(accel_g)[1]
-        self.gyro_range_dps, self.accel_range_g = gyro_dps, accel_g
-        self.rate_hz = 760.0
+    def __init__(self, i2c, address=0x6B, accel_address=0x19, gyro_dps=500, accel_g=8,
+                 dlpf_hz=100, wait_ms=200):  # fmt: skip
+        self._choose(gyro_dps, accel_g, dlpf_hz)
         self.address = address
         self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
-        self._gyro_factor = round(mdps / 1000 * self.gyro_lsb_per_dps * 16384)
-        self._accel_factor = round(mg / 16000 * self.accel_lsb_per_g * 16384)
         self._gyro_raw, self._accel_raw = bytearray(8), bytearray(6)
         self._gyro_words = memoryview(self._gyro_raw)[2:]
-        self._gyro = _Chip(i2c, address, "L3GD20", _GYRO_760HZ, 0x80 | gyro_code << 4)
-        accel_code = 0x88 | accel_code << 4
-        self._accel = _Chip(i2c, accel_address, "LSM303DLHC", _ACCEL_400HZ, accel_code)
+        self._gyro = _Chip(i2c, address, "L3GD20", self._gyro_rows())
+        self._accel = _Chip(i2c, accel_address, "LSM303DLHC", self._accel_rows())
         self._turn = self._gyro
-        self.who_am_i = self._identify()
+        self.who_am_i = self._identify(wait_ms)
         self.configure()
 
-    def _identify(self):
-        seen = bytearray(1)
-        try:
-            self._gyro.load(_WHO_AM_I, seen)
-        except OSError as error:
-            text = "no L3GD20 at 0x%02X: check wiring and power; SDO low is 0x6A" % self.address
-            raise OSError(error.args[0], text) from error
-        if seen[0] != _GYRO_ID:
+    def _choose(self, gyro_dps, accel_g, dlpf_hz):
+        """Take these settings' codes and factors. ValueError, and then nothing has changed."""
+        gyro = _row(_GYRO, gyro_dps, "gyro_dps")
+        accel = _row(_ACCEL, accel_g, "accel_g")
+        off = [abs(hz - dlpf_hz) for hz in _LOW_PASS_HZ]
+        self._codes = off.index(min(off)), gyro[0], accel[0]
+        self.gyro_lsb_per_dps = ranges.gyro(gyro_dps)[1]
+        self.accel_lsb_per_g = ranges.accel(accel_g)[1]
+        self.gyro_range_dps, self.accel_range_g, self.dlpf_hz = gyro_dps, accel_g, dlpf_hz
+        self._gyro_factor = round(gyro[1] / 1000 * self.gyro_lsb_per_dps * 16384)
+        self._accel_factor = round(accel[1] / 16000 * self.accel_lsb_per_g * 16384)
+
+    def _gyro_rows(self):
+        return _GYRO_760HZ | self._codes[0] << 4, 0x80 | self._codes[1] << 4
+
+    def _accel_rows(self):
+        return _ACCEL_400HZ, 0x88 | self._codes[2] << 4
+
+    @property
+    def delay_s(self):
+        """Of the gyro's low-pass, first order; the data sheet gives none."""
+        return 1 / (2 * pi * _LOW_PASS_HZ[self._codes[0]])
+
+    def set_range(self, gyro_dps=None, accel_g=None):
+        """Change full scales (deg/s, g) and with them the scale of all that is read later."""
+        self.set_up(gyro_dps, accel_g)
+
+    def set_up(self, gyro_dps=None, accel_g=None, dlpf_hz=None, rate_hz=None):
+        """Other settings (None: as they are) for chips that go on measuring; the rates stay.
+
+        ValueError before anything is written, OSError when a chip does not take them.
+        """
+        self._choose(
+            gyro_dps or self.gyro_range_dps,
+            accel_g or self.accel_range_g,
+            dlpf_hz or self.dlpf_hz,
+        )
+        for chip, rows in ((self._gyro, self._gyro_rows()), (self._accel, self._accel_rows())):
+            chip.set_bits(_CTRL_REG1, rows[0], 0xFF)
+            chip.set_bits(_CTRL_REG4, rows[1], 0xFF)
+
+    def _identify(self, wait_ms):
+        seen = {}
+        who = self._gyro.ask(_WHO_AM_I, (_GYRO_ID,), wait_ms, seen)
+        if who is None and min(seen) < 0:
+            text = "no L3GD20 at 0x%02X: check wiring and power; SDO low is 0x6A"
+            raise OSError(-min(seen), text % self.address)
+        if who != _GYRO_ID:
+            most = max(seen, key=seen.get)
             text = "0x%02X: WHO_AM_I reads 0x%02X, expected 0x%02X (L3GD20)"
-            raise OSError(_EIO, text % (self.address, seen[0], _GYRO_ID))
-        return seen[0]
+            raise OSError(_EIO, text % (self.address, most, _GYRO_ID))
+        return who
 
     def read(self):
         """Fetch one sample of each chip into `counts`. OSError when the bus fails."""
@@ -191,10 +231,18 @@ class MinIMU9:
         """Degrees Celsius above an offset that the data sheet leaves open: for changes only."""
         return float(self.counts[3])
 
+    def wake(self):
+        """Nothing: it never sleeps."""
+
     def configure(self):
         """Apply both tables and verify them. OSError names the first bad register."""
         self._gyro.apply_all()
         self._accel.apply_all()
+
+    def reset(self):
+        """Reboot both chips and wait; configure() brings back the settings."""
+        self.reset_chip()
+        time.sleep_ms(100)
 
     def reset_chip(self):
         """Reboot both chips; repair() or configure() after 100 ms brings back the settings."""

@@ -56,12 +56,16 @@ class MPU6050(Registers):
     260, 184, 94, 44, 21, 10 or 5 (the gyro's is the same within 5 %); rate_hz: nearest possible
     rate of fresh samples, the true one is then in `.rate_hz`. ValueError for any other setting;
     OSError that says what was seen and what to check when the sensor cannot be used.
+
+    allow_unknown: take a part of an unknown WHO_AM_I for an MPU6050. wait_ms: so long it may take
+    to answer. attach: it measures already and shall go on, without a reset: what differs from
+    the settings is written, nothing else; the causes of interrupts stay to be read.
     """
 
     NAME = "MPU6050"
 
     def __init__(self, i2c, address=0x68, gyro_dps=500, accel_g=8, dlpf_hz=44, rate_hz=1000,
-                 allow_unknown=False):  # fmt: skip
+                 allow_unknown=False, wait_ms=200, attach=False, seen=None):  # fmt: skip
         gyro_code, self.gyro_lsb_per_dps = ranges.gyro(gyro_dps)
         accel_code, self.accel_lsb_per_g = ranges.accel(accel_g)
         dlpf_code, gyro_rate = ranges.dlpf(dlpf_hz)
@@ -72,7 +76,8 @@ class MPU6050(Registers):
         self._burst = bytearray(14)
         self._split, self._busy = None, _IDLE
         self.use_bus(i2c)
-        self.who_am_i, self.profile = identify(self, allow_unknown)
+        seen = {} if seen is None else seen
+        self.who_am_i, self.profile = identify(self, allow_unknown, wait_ms, seen)
         # (register, value, mask) row after row; waking comes first, or nothing else works
         self._table.extend(bytes((
             _PWR_MGMT_1, _PLL_GYRO_X, 0xEF,
@@ -90,8 +95,27 @@ class MPU6050(Registers):
         if self.profile.accel_filter and gyro_rate == 8000:
             self.rate_hz = 8000.0  # RM-MPU-6500A p. 12: the divider works at 1 kHz only
         filter_row(self)
-        self.reset()
-        self.configure()
+        if attach:
+            self._attach()
+        else:
+            self.reset()
+            self.configure()
+
+    def _attach(self):
+        """Write the rows that differ; the interrupts' stay as they are, and are the table's."""
+        table, byte = self._table, self._byte
+        started = True
+        self.rewind()
+        for row in range(0, len(table), 3):
+            register, value, mask = table[row : row + 3]
+            self.load(register, byte)
+            if register == _INT_PIN_CFG or register == _INT_ENABLE:
+                table[row + 1] = byte[0] & mask
+            elif (byte[0] ^ value) & mask:
+                self._apply(register, value, mask)
+                started = started and register not in (_PWR_MGMT_1, _PWR_MGMT_2)
+        if not started:
+            time.sleep_ms(_GYRO_START_MS)
 
     def use_bus(self, i2c):
         """Work on this bus object from now on, for instance after a bus recovery."""
@@ -253,10 +277,18 @@ class MPU6050(Registers):
             self.rate_hz = 8000.0
 
     def data_ready(self, enable=True, active_low=False, latch=False):
-        """Signal each fresh sample on INT: a 50 us pulse, or a level held until the next read."""
+        """Signal each fresh sample on INT: a 50 us pulse, or a level held until the next read.
+
+        Not enabled: INT's level and latch are set all the same.
+        """
         pin = 0x10 | (0xC0 if active_low else 0) | (0x20 if latch else 0)  # low: open drain
-        self.set_bits(_INT_PIN_CFG, pin if enable else 0, 0xF0)
+        self.set_bits(_INT_PIN_CFG, pin, 0xF0)
         self.set_bits(_INT_ENABLE, 1 if enable else 0, 0x01)
+
+    @property
+    def asleep(self):
+        """Whether sleep() or cycle() was called last, and not wake()."""
+        return bool(self.wanted(_PWR_MGMT_1) & 0x60)
 
     def sleep(self):
         """Stop measuring, 5 uA; registers stay, samples read as they were."""

@@ -12,7 +12,7 @@ from micropython import const
 _CONFIG = const(0x1A)  # DLPF_CFG [2:0]
 _ACCEL_CONFIG_2 = const(0x1D)  # MPU-6500 family: FCHOICE_B [3], A_DLPF_CFG [2:0]
 _WHO_AM_I = const(0x75)
-_ENODEV = const(19)
+KNOWN = (0x68, 0x70, 0x71, 0x73, 0x74, 0x98)  # every WHO_AM_I that known() knows
 
 # family: of ranges.FAMILIES; accel_filter: has ACCEL_CONFIG_2;
 # degC = counts / temp_lsb_per_c + temp_offset_c;
@@ -76,23 +76,18 @@ def filter_row(device):
     device.rewind()
 
 
-def identify(device, allow_unknown):
-    """(WHO_AM_I, Profile) of the part that answers; OSError when none does or it is unknown.
+def identify(device, allow_unknown, wait_ms, seen):
+    """(WHO_AM_I, Profile) of the part that answers within wait_ms; OSError, with what was `seen`
+    instead (Registers.ask), when none does or it is unknown.
 
     `allow_unknown` takes an unknown id for a genuine MPU6050.
     """
-    byte = bytearray(1)
-    try:
-        device.load(_WHO_AM_I, byte)
-    except OSError as error:
-        from mpu6050.diagnose import no_answer
-
-        raise no_answer(device, error) from None
-    profile = known(byte[0])
-    if profile is None and allow_unknown:
-        profile = _like_6050("unknown 0x%02X" % byte[0])
+    who = device.ask(_WHO_AM_I, KNOWN, wait_ms, seen)
+    profile = None if who is None else known(who)
+    if profile is None and who is not None and allow_unknown:
+        profile = _like_6050("unknown 0x%02X" % who)
     if profile is None:
-        from mpu6050.diagnose import wrong_id
+        from mpu6050.diagnose import refused
 
-        raise wrong_id(device.address, byte[0])
-    return byte[0], profile
+        raise refused(device, seen)
+    return who, profile

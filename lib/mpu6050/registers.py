@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: MIT
 """A chip on I2C whose configuration is a table: applied, read back, re-checked row by row."""
 
+import time
+
 import micropython
 from micropython import const
 
 _EIO = const(5)
+_TRIES = const(3)  # of a transfer that fails at once, and of a row that reads back wrong
+_QUICK_US = const(2000)  # a stuck bus takes longer: it is not asked again
+_ASK_MS = const(2)
+_STEADY = const(50)  # an answer that nobody expects is one after so many in a row
 
 
 class Registers:
@@ -12,6 +18,7 @@ class Registers:
 
     The table holds rows of three bytes: register, value, mask of the bits that are ours. It is
     what the chip should hold; set_bits() changes both, check() compares them, repair() mends.
+    One transfer in a hundred fails on a poor wire: it is made again, twice at most.
     """
 
     NAME = "device"
@@ -27,19 +34,54 @@ class Registers:
 
     def load(self, register, buffer):
         """Fill the buffer from consecutive registers. OSError when the bus fails."""
-        if self.lock:
-            with self.lock:
-                self._load(register, buffer)
-        else:
-            self._load(register, buffer)
+        self._transfer(self._load, register, buffer)
 
     def store(self, register, value):
         """Write one register, unverified; settings go through set_bits(). OSError."""
+        self._transfer(self._store, register, value)
+
+    def _transfer(self, transfer, register, what):
         if self.lock:
             with self.lock:
-                self._store(register, value)
+                self._patiently(transfer, register, what)
         else:
-            self._store(register, value)
+            self._patiently(transfer, register, what)
+
+    def _patiently(self, transfer, register, what):
+        for left in range(_TRIES - 1, -1, -1):
+            began = time.ticks_us()
+            try:
+                transfer(register, what)
+                return
+            except OSError:
+                if not left or time.ticks_diff(time.ticks_us(), began) > _QUICK_US:
+                    raise
+
+    def ask(self, register, expected, wait_ms, seen):
+        """What the register holds, for a device that may still be starting: asked for wait_ms.
+
+        An expected value counts when it comes twice in a row, any other when it is always the
+        same. None: no answer that counts. seen: a dict in which each value, and the errno of each
+        failure negated, is counted.
+        """
+        byte = self._byte
+        began = time.ticks_ms()
+        last, same = None, 0
+        while True:
+            try:
+                self._load(register, byte)
+                got = byte[0]
+            except OSError as error:
+                got = -(error.args[0] if error.args else _EIO)
+            seen[got] = seen.get(got, 0) + 1
+            same = same + 1 if got == last else 1
+            last = got
+            if 0 < got < 255 and same >= (2 if got in expected else _STEADY):
+                return got
+            if time.ticks_diff(time.ticks_ms(), began) >= wait_ms:
+                return None
+            if got not in expected:
+                time.sleep_ms(_ASK_MS)
 
     def _load(self, register, buffer):
         self.bus.readfrom_mem_into(self.address, register, buffer)
@@ -58,6 +100,14 @@ class Registers:
                 table[row + 2] |= mask
                 return
         table.extend(bytes((register, value, mask)))
+
+    def wanted(self, register):
+        """What the table says that the register shall hold; 0 where it says nothing."""
+        table = self._table
+        for row in range(0, len(table), 3):
+            if table[row] == register:
+                return table[row + 1]
+        return 0
 
     @micropython.native
     def check(self):
@@ -103,12 +153,15 @@ class Registers:
 
     def _apply(self, register, value, mask):
         byte = self._byte
-        if mask != 0xFF:
+        for _ in range(_TRIES):
+            wanted = value
+            if mask != 0xFF:
+                self.load(register, byte)
+                wanted |= byte[0] & ~mask
+            self.store(register, wanted)
             self.load(register, byte)
-            value |= byte[0] & ~mask
-        self.store(register, value)
-        self.load(register, byte)
-        if (byte[0] ^ value) & mask:
-            text = "%s at 0x%02X: register 0x%02X reads 0x%02X, expected 0x%02X in bits 0x%02X"
-            seen = (self.NAME, self.address, register, byte[0], value, mask)
-            raise OSError(_EIO, text % seen)
+            if not (byte[0] ^ value) & mask:
+                return
+        text = "%s at 0x%02X: register 0x%02X reads 0x%02X, expected 0x%02X in bits 0x%02X"
+        seen = (self.NAME, self.address, register, byte[0], wanted, mask)
+        raise OSError(_EIO, text % seen)

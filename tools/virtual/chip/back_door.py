@@ -72,11 +72,11 @@ class BackDoor:
         self._powered = False
         self._clear_registers()
 
-    def power_on(self, profile=None):
-        """Power-on reset: asleep, default ranges, silent for 20 ms; maybe another part."""
+    def power_on(self, profile=None, silent_ns=POWER_ON_NS):
+        """Power-on reset: asleep, default ranges, silent for a while; maybe another part."""
         if profile is not None:
             self.profile = find(profile)
             self._set_profile()
         self._powered = True
-        self._silent_until = self.now_ns + POWER_ON_NS
+        self._silent_until = self.now_ns + silent_ns
         self._clear_registers()

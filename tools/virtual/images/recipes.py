@@ -7,6 +7,7 @@ mpy-tool asks for halfwords, but viper code for the RP2040 loads its larger cons
 the word that it stands in, so that half of all functions would load others.
 """
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -67,6 +68,8 @@ def build_rp2(
     }
     defines = [f"-D{key}={value}" for key, value in settings.items()]
     variables = _variables(epoch)
+    shutil.rmtree(build / "frozen_mpy", ignore_errors=True)  # kept by their age, not by content
+    (build / "frozen_content.c").unlink(missing_ok=True)
     run("configuring the RP2 port", "cmake", "-S", port, "-B", build, *defines, **variables)
     run(f"building {name}", *("make", "-C", build, "-j", JOBS), **variables)
     check_alignment(build / "firmware.elf")
