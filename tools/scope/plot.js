@@ -45,7 +45,7 @@ export default {
     clear() {
       Object.assign(this, {
         data: [[], ...this.traces.map(() => [])], gaps: [], marks: [], paused: false,
-        span: this.seconds, limits: null, from: null, asked: false, shown: null, pushes: 0,
+        span: this.seconds, limits: null, from: null, asked: false, shown: null, pushes: 0, keyed: null,
       });
     },
     build() {
@@ -74,6 +74,7 @@ export default {
         },
       }, this.data.map((column) => column.slice()), this.$refs.plot);
       this.chart.over.addEventListener("click", () => this.measure());
+      this.chart.over.addEventListener("mouseenter", () => { this.keyed = null; });
       this.chart.over.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
       this.draw();
     },
@@ -129,6 +130,7 @@ export default {
           this.chart.setData(this.data.map((column) => column.slice(low, high)), false);
           this.chart.setScale("x", { min: range[0], max: range[1] });
         });
+        if (this.paused && this.keyed != null) this.chart.setCursor({ left: this.keyed, top: 10 });
       });
     },
     setPaused(paused) {
@@ -138,7 +140,7 @@ export default {
         this.shown = [this.chart.posToVal(s.left, "x"), this.chart.posToVal(s.left + s.width, "x")];
         this.chart.setSelect({ width: 0, height: 0, left: 0, top: 0 }, false);
       }
-      if (!paused) this.shown = null;
+      if (!paused) this.shown = this.keyed = null;
       if (paused !== this.paused) this.$emit("paused", paused);
       this.paused = paused;
       this.draw();
@@ -168,18 +170,23 @@ export default {
       else if (e.key === "Escape") { this.from = null; this.tell(this.chart); }
       else if (e.key === "ArrowLeft" || e.key === "ArrowRight") {
         this.setPaused(true);
-        const left = this.chart.cursor.left < 0 ? this.chart.over.clientWidth / 2 : this.chart.cursor.left;
-        this.chart.setCursor({ left: left + (e.key === "ArrowLeft" ? -2 : 2) * (e.shiftKey ? 10 : 1), top: 10 });
+        const wide = this.chart.over.clientWidth, step = (e.shiftKey ? 20 : 2) * (e.key === "ArrowLeft" ? -1 : 1);
+        this.keyed = Math.min(wide - 1, Math.max(0, (this.keyed ?? wide / 2) + step));
+        this.chart.setCursor({ left: this.keyed, top: 10 });
       } else return;
       e.preventDefault();
     },
+    under() { // the sample under the cursor
+      const left = this.keyed ?? this.chart.cursor.left;
+      return left >= 0 && this.chart.data[0].length ? this.chart.posToIdx(left) : null;
+    },
     measure() {
-      const at = this.chart.cursor.idx;
+      const at = this.under();
       if (at != null) this.from = this.chart.data.map((column) => column[at]);
       this.tell(this.chart);
     },
     tell(u) {
-      const at = u.cursor.idx;
+      const at = this.under();
       if (at == null || !this.from || this.from[0] == null) {
         this.$refs.readout.textContent = this.from ? "" : "Click or M: measure from there. Drag: zoom; double click: all; space: pause.";
         return;

@@ -38,6 +38,7 @@ CASES = {
     "complementary, 500 Hz": ("float.complementary", 500, False),
     "complementary, shaken": ("float.complementary", None, True),
 }
+LEAD_S = 5.0  # before the motion begins
 SHAKEN_HZ, SHAKEN_G, SHAKEN_DPS = 47.0, 0.5, 10.0
 
 
@@ -74,7 +75,8 @@ def shaken(track):
 
 def prepared(path, rate_hz, shake, seconds):
     track = load(path)
-    track = track.part(slice(0, int(seconds * track.rate_hz)))
+    begin = max(0, int(np.argmax(track.counted)) - int(LEAD_S * track.rate_hz))
+    track = track.part(slice(begin, begin + int(seconds * track.rate_hz)))
     if rate_hz:
         track = resampled(track, rate_hz)
     return shaken(track) if shake else track
