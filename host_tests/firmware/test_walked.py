@@ -111,3 +111,34 @@ def test_zero_yaw_ahead_of_a_pause_is_that_of_the_call(board, tmp_path):
         ("wait", {"ms": 500}),
     ]
     replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("knob", ["drive", "rate_hz"])
+def test_a_pause_ahead_of_the_first_tick_is_a_gap(board, knob, tmp_path):
+    value = {"drive": "data-ready", "rate_hz": 500}[knob]
+    steps = [
+        *REST,
+        ("wait", {"ms": 1500}),
+        ("set", {"knob": knob, "value": value}),
+        ("move", {"kind": "turn", "rate_dps": -100}),
+        ("pause", {"ms": 1200, "masked": True}),
+        ("wait", {"ms": 500}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_a_start_in_motion_with_a_stored_bias_claims_nothing_at_first(board, tmp_path):
+    steps = [
+        *REST,
+        ("verb", {"name": "level_here"}),
+        ("set", {"knob": "rest_s", "value": 0.0}),
+        ("move", {"kind": "free", "amplitude_deg": 25}),
+        ("wait", {"ms": 900}),
+        ("start", {}),
+        ("wait", {"ms": 700}),
+        ("start", {}),
+        ("wait", {"ms": 1000}),
+    ]
+    replay(board, steps, tmp_path)
