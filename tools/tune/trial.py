@@ -52,11 +52,11 @@ def resampled(track, rate_hz):
         counts = np.apply_along_axis(np.convolve, 0, counts, kernel, mode="same")
     before = np.arange(len(track))
     new = np.transpose([np.interp(at, before, column) for column in counts.T])
-    near = np.round(at).astype(int)
+    up = np.transpose([np.interp(at, before, column) for column in track.up.T])
+    counted = track.counted[np.round(at).astype(int)] & ~np.isnan(up).any(axis=1)
     return replace(
         track, counts=np.round(new).astype(np.int16), t_s=np.arange(length) / rate_hz,
-        rate_hz=float(rate_hz), counted=track.counted[near],
-        up=np.transpose([np.interp(at, before, column) for column in track.up.T]),
+        rate_hz=float(rate_hz), counted=counted, up=up,
     )  # fmt: skip
 
 
