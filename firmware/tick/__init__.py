@@ -61,7 +61,7 @@ _BUSY = const(11)  # the bus is taken, or what it brings is not used yet
 
 _LONG_WAY = const(4)  # of what words.begun() tells
 
-_PREDICT_US = const(250000)  # longer than that the last rate says nothing: firmware.tick.gap
+_CLAIM_US = const(100000)  # a swing has turned back by then: a prediction is no claim any more
 _AGE_MAX_US = const(1000000000)  # a small int for ever
 _SHORT_US = const(15000)  # in an outage shorter than this no chip can have lost its settings
 _WRAP = const(0x3FFFFFFF)
@@ -242,7 +242,7 @@ class Tick:
             words[_ODD] = 1
             if not paused:
                 tick.gap.predict(use[2], age_us)
-            if age_us > _PREDICT_US:
+            if age_us > _CLAIM_US:
                 est[_EST_UNCERTAIN] |= 1
             publish(est, use[1], age_us, now)
             return 0
