@@ -111,3 +111,61 @@ def test_zero_yaw_ahead_of_a_pause_is_that_of_the_call(board, tmp_path):
         ("wait", {"ms": 500}),
     ]
     replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("knob", ["drive", "rate_hz"])
+def test_a_pause_ahead_of_the_first_tick_is_a_gap(board, knob, tmp_path):
+    value = {"drive": "data-ready", "rate_hz": 500}[knob]
+    steps = [
+        *REST,
+        ("wait", {"ms": 1500}),
+        ("set", {"knob": knob, "value": value}),
+        ("move", {"kind": "turn", "rate_dps": -100}),
+        ("pause", {"ms": 1200, "masked": True}),
+        ("wait", {"ms": 500}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_a_start_in_motion_with_a_stored_bias_claims_nothing_at_first(board, tmp_path):
+    steps = [
+        *REST,
+        ("verb", {"name": "level_here"}),
+        ("set", {"knob": "rest_s", "value": 0.0}),
+        ("move", {"kind": "free", "amplitude_deg": 25}),
+        ("wait", {"ms": 900}),
+        ("start", {}),
+        ("wait", {"ms": 700}),
+        ("start", {}),
+        ("wait", {"ms": 1000}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("name", ["attitude", "float.attitude"])
+def test_a_rate_beyond_the_range_is_doubted_at_once(board, name, tmp_path):
+    steps = [
+        ("set", {"knob": "filter", "value": name}),
+        *REST,
+        ("wait", {"ms": 500}),
+        ("fault", {"kind": "saturation", "ms": 120}),
+        ("set", {"knob": "burst", "value": "blocking"}),
+        ("wait", {"ms": 300}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_a_long_failsafe_is_no_licence_to_claim_an_old_angle(board, tmp_path):
+    steps = [
+        ("set", {"knob": "failsafe_ms", "value": 3000}),
+        *REST,
+        ("move", {"kind": "swing", "axis": "roll", "amplitude_deg": 30, "hz": 0.4}),
+        ("wait", {"ms": 2000}),
+        ("fault", {"kind": "nack", "ms": 1100}),
+        ("wait", {"ms": 1100}),
+    ]
+    replay(board, steps, tmp_path)

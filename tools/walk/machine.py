@@ -122,7 +122,7 @@ class Walk(RuleBasedStateMachine):
 
     @rule(kind=st.sampled_from(sorted(PLAIN_FAULTS)), ms=st.sampled_from([3, 30, 120, 300, 1100]))
     def fault(self, kind, ms):
-        self.do("fault", kind=kind, ms=ms)
+        self.do("fault", kind=kind, ms=max(ms, 30) if kind == "saturation" else ms)
 
     @rule(sensor_too=st.booleans(), main_py=_mostly)
     def power_cycle(self, sensor_too, main_py):

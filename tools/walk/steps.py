@@ -73,6 +73,8 @@ class Steps:
         made = faults.make(kind, at_s=world.now_s, for_s=ms / 1000, **PLAIN_FAULTS[kind])
         world.bus.faults.append(made)
         world.checks.trouble(world.now_s + ms / 1000)
+        if kind == "saturation" and ms < 100:  # a shock between two samples cannot be known
+            world.run(ms + 40)
 
     # ---- power
 
