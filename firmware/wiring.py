@@ -196,11 +196,12 @@ def change(app, pace):
     """
     config, imu, words = app.config, app.imu, app.tick.words
     running = app.loop.running
-    began = (time.ticks_us() - since_us(app)) & _WRAP
     with app.bus:
         startup.set_up(imu, config)
         if pace:
             app.loop.stop()
+            # the age counts up to here, with the ticks that found the bus taken
+            last = (time.ticks_us() - app.loop.since_us()) & _WRAP
             app.bus.forget()
             wire(app, app.filter)
         else:
@@ -208,7 +209,7 @@ def change(app, pace):
         settle(app)
         words[_FORGET] = words[_ODD] = 1
     if pace and running:
-        words[_AGE_US] += time.ticks_diff(time.ticks_us(), began)
+        words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
         app.loop.start()
 
 

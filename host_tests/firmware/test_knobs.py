@@ -111,7 +111,7 @@ def test_the_configuration_is_written_like_set_and_errors_name_what_is_meant(tmp
         for wrong, meant in (
             ("rate", "rate_hz"),
             ("gyro_range", "gyro_dps"),
-            ("kalman_r", "kalman_r_measure"),
+            ("kalman_measure", "kalman_r_measure"),
         ):
             with pytest.raises(ValueError, match="did you mean .*" + meant):
                 app.set(wrong, 1)
