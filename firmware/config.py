@@ -187,6 +187,8 @@ def _unknown(name):
     for knob in KNOBS:
         shared = sum([name[i : i + 2] in knob.name for i in range(len(name) - 1)])
         shared = 2 * shared - abs(len(knob.name) - len(name))
+        if knob.name.startswith(name):
+            shared += 100
         if shared > most:
             best, most = knob.name, shared
     return "no knob %s%s" % (name[:40], ": did you mean %s?" % best if best else "")

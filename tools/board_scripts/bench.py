@@ -202,7 +202,7 @@ def main():
 
 
 def started(app, **knobs):
-    app.config.set("rest_s", 0)
+    app.config.set("rest_s", 0.1)
     for name in knobs:
         app.config.set(name, knobs[name])
     app.start()
