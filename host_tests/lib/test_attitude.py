@@ -170,7 +170,7 @@ def test_saturated_samples_push_nothing():
     g = feed(Attitude(RATE, accel_range_g=16, most_dps=1e3), LEVEL, 10)
     feed(g, (0, 0, 0, 8.0, 0, 1.0), 0.1)
     feed(g, LEVEL, 0.5)
-    assert tilt_error(g, (0, 0, 1)) > 0.7  # the test can fail
+    assert tilt_error(g, (0, 0, 1)) > 0.4  # the test can fail
 
 
 def test_gyro_over_range_recovers():

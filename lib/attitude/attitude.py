@@ -44,7 +44,7 @@ class Attitude(Orientation):
     and by name the settings of Rest and GyroLearning. profiles.PROFILES has sets of settings.
     """
 
-    def __init__(self, rate_hz=250.0, tau_s=2.0, rest_tau_s=0.5, most_dps=0.2, most_sigmas=2.0,
+    def __init__(self, rate_hz=250.0, tau_s=2.3, rest_tau_s=0.5, most_dps=0.2, most_sigmas=2.0,
                  top_speed_m_s=25.0, lag_s=0.0048, gyro_range_dps=2000, accel_range_g=16,
                  **settings):
         if min(rate_hz, tau_s, rest_tau_s, top_speed_m_s) <= 0:
@@ -53,7 +53,7 @@ class Attitude(Orientation):
         self.rate_hz = rate_hz
         self.lag_s = lag_s
         # coefficients
-        self._block_n = max(1, int(rate_hz * _BLOCK_S + 0.5))
+        self._block_n = max(1, int(rate_hz * _BLOCK_S + 1e-6))
         self._gyro_stop_dps = gyro_range_dps * _STOP
         self._accel_stop_g = accel_range_g * _STOP
         # state

@@ -47,7 +47,8 @@ class Bounds:
         if at_rest:
             self._explained = [0.0, 0.0]
         x, y = self._explained
-        sigma = self._sigma_deg(4.0 * (x + y))  # a lasting error shows as a position half of it
+        # a lasting error of the attitude shows as a position half of it
+        sigma = tilt_deg(4.0 * (x + y), self._square)
         if young or sigma > _DOUBTED_DEG:
             self.uncertain = True
         elif sigma < _CLAIMED_DEG:
@@ -60,15 +61,12 @@ class Bounds:
 
     def tilt_sigma_deg(self, view, learning):
         """One sigma of a level axis."""
-        return self._sigma_deg(sum([learning.variance(view.of(0, axis)) for axis in (0, 1)]))
-
-    def _sigma_deg(self, variance):
-        sigma = degrees(sqrt((variance + _SHAKEN * _SHAKEN * self._square) / 2.0))
-        return sqrt(sigma * sigma + _LEAST_DEG * _LEAST_DEG)
+        variance = sum([learning.variance(view.of(0, axis)) for axis in (0, 1)])
+        return tilt_deg(variance, self._square)
 
     def yaw_sigma_deg(self, view, learning):
         """One sigma of the yaw since the start."""
-        return degrees(_YAW * sqrt(self._yaw + learning.variance(view.yaw)))
+        return yaw_deg(self._yaw + learning.variance(view.yaw))
 
     def state(self):
         """All that changes, for set_state()."""
@@ -78,3 +76,14 @@ class Bounds:
         """Go on from a state()."""
         self._square, explained, self._yaw, self.uncertain = state
         self._explained = list(explained)
+
+
+def tilt_deg(variance, square):
+    """One sigma of a level axis by the variance of both, rad^2, and the position's, g^2."""
+    sigma = degrees(sqrt((variance + _SHAKEN * _SHAKEN * square) / 2.0))
+    return sqrt(sigma * sigma + _LEAST_DEG * _LEAST_DEG)
+
+
+def yaw_deg(variance):
+    """One sigma of the yaw by its variance, rad^2."""
+    return degrees(_YAW * sqrt(variance))

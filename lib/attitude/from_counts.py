@@ -36,6 +36,7 @@ class FloatAttitude(FromCounts):
         core = self.cores[0]
         self._tell((core.roll_deg, core.pitch_deg, core.yaw_deg), core.rates_dps())
         self.out[9] = core.at_rest
+        self.out[10] = core.uncertain
 
     @property
     def at_rest(self):
@@ -46,6 +47,25 @@ class FloatAttitude(FromCounts):
     def bias_dps(self):
         """Gyro bias as estimated on top of the calibration, deg/s."""
         return self.cores[0].bias_dps
+
+    @property
+    def uncertain(self):
+        """True while the tilt is not known well enough to be claimed."""
+        return self.cores[0].uncertain
+
+    @property
+    def tilt_sigma_deg(self):
+        """One sigma of each level axis, degrees."""
+        return self.cores[0].tilt_sigma_deg
+
+    @property
+    def yaw_sigma_deg(self):
+        """One sigma of the rotation about the vertical since the start, degrees."""
+        return self.cores[0].yaw_sigma_deg
+
+    def learned(self):
+        """(scale, its sigma, bias_dps, its sigma): see Attitude."""
+        return self.cores[0].learned()
 
     def quaternion(self):
         """(w, x, y, z), sensor to earth, for now."""

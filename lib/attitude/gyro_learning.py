@@ -51,6 +51,7 @@ class GyroLearning:
             self.begin(n, radians(self.start_sigma_dps) if n < 3 else scale)
         self._noise = _LEAST_G * _LEAST_G  # g^2, variance of what no error explains
         self._looks = 0
+        self._told, self._total, self._share = [0.0] * ERRORS, 1.0, 0.0  # of the last look
         self.explained = 0.0  # variance of the last look's position by the errors, g^2
 
     def begin(self, n, sigma):
@@ -81,7 +82,7 @@ class GyroLearning:
                 self.covariance[n][n] = variance
 
     def look(self, seen, position_g, shaken_g):
-        """Take a level axis' position: the change of each error that it tells (ERRORS numbers).
+        """Take a level axis' position; change() and settle() take what it tells.
 
         seen is the view of that position, shaken_g the level acceleration of late.
         """
@@ -93,14 +94,22 @@ class GyroLearning:
         noise = noise * noise + max(_LEAST_G * _LEAST_G, _CORRELATED * self._noise)
         total = explained + noise
         most = _MOST_SIGMAS * sqrt(total)
-        share = max(-most, min(most, position_g)) / total
-        for n in range(ERRORS):
-            part = told[n] / total
-            rows[n] = [value - part * other for value, other in zip(rows[n], told)]
+        self._told, self._total = told, total
+        self._share = max(-most, min(most, position_g)) / total
         unexplained = max(0.0, position_g * position_g - explained)
         self._noise += _NOISE_K * (unexplained - self._noise)
         self._looks += 1
-        return [share * part for part in told]
+
+    def change(self):
+        """Of each error, what the last look tells (ERRORS numbers)."""
+        return [self._share * part for part in self._told]
+
+    def settle(self):
+        """The covariance after the last look."""
+        rows, told = self.covariance, self._told
+        for n in range(ERRORS):
+            part = told[n] / self._total
+            rows[n] = [value - part * other for value, other in zip(rows[n], told)]
 
     def correct(self, change):
         """Calibrate by the gyro's part of a change: what is left of a rate w reads
@@ -133,11 +142,14 @@ class GyroLearning:
     def state(self):
         """All that changes, for set_state()."""
         rows = tuple([tuple(row) for row in self.covariance])
-        return tuple(self.matrix), tuple(self.bias), rows, self._noise, self._looks
+        look = (tuple(self._told), self._total, self._share)
+        return tuple(self.matrix), tuple(self.bias), rows, self._noise, self._looks, look
 
     def set_state(self, state):
         """Go on from a state()."""
-        matrix, bias, rows, self._noise, self._looks = state
+        matrix, bias, rows, self._noise, self._looks, look = state
+        told, self._total, self._share = look
+        self._told = list(told)
         self.matrix, self.bias = list(matrix), list(bias)
         self.covariance = [list(row) for row in rows]
 

@@ -114,7 +114,7 @@ class Rest:
                     limit = self.bias_limit_dps
                 home = abs(self.mean[i] - self.before_dps[i])
                 off = home if self.at_rest else min(off, home)
-            if off > limit:
+            if off > limit or abs(self.mean[i]) > self.start_bias_dps:
                 return False
         return True
 

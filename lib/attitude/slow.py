@@ -16,7 +16,7 @@ _RATE_S = 3.0  # over which rates are squared
 _LOOK_S = 0.24  # between two looks, at one level axis and at the other
 _YAW_S = 40.0  # for which an old bias answers for the yaw
 _START_TILT, _REST_TILT = radians(15.0), radians(0.2)  # how well the mean levels, and a rest
-_TOLD, _TOLD_TILT = radians(1.0), radians(1.0)  # how well another filter knows bias and tilt
+_TOLD = radians(1.0)  # how well another filter knows a bias
 _FASTER, _FASTEST, _FASTER_G, _SHAKEN = 0.3, 4.0, 0.003, 0.06
 _START_SIGMAS = 3.0
 _LEAST_G = 0.3  # less of gravity tells nothing
@@ -61,7 +61,7 @@ class Slow:
         if home_dps is None:
             for n in (0, 1, 2):
                 self.learning.begin(n, _TOLD)
-        self._age_s, self._unknown = _OLD_S, _TOLD_TILT
+        self._age_s, self._unknown = _OLD_S, _START_TILT
         self.gain = self._gain_now()
 
     def _begin(self):
@@ -70,7 +70,8 @@ class Slow:
         self.gain = 0.0  # rad/s
         self._squares = [0.0, 0.0, 0.0]  # of the rates, (rad/s)^2, over some seconds
         self._age_s = self._looked_s = 0.0
-        self._axis = 0  # to look at next
+        self._axis = 0  # looked at last
+        self._looking = 0  # blocks since, and one
         self._unknown = 0.0  # tilt that is unknown from now on, rad
 
     def over_range(self):
@@ -78,6 +79,7 @@ class Slow:
         if self._age_s > _YOUNG_S:
             self._age_s = _YOUNG_S
             self.gain = max(self.gain, 2.0 / _YOUNG_S)
+        self._end_look()
         self.view.clear()  # what is wrong now is no fault that could be learned
         self._unknown = _START_TILT
 
@@ -85,6 +87,7 @@ class Slow:
         """The attitude after a block: now is its mean of the matrix' rates (deg/s) and of the
         acceleration (g), accel the last sample's."""
         learning, rest = self.learning, self.rest
+        q = self._follow_look(q)
         was_at_rest = rest.at_rest
         q = self._watch_rest(q, now, span_s, accel)
         self.up.update(q, now[3:], span_s)
@@ -119,7 +122,9 @@ class Slow:
             if was_at_rest:
                 learning.bias = [radians(b) for b in rest.before_dps]
             return q
-        if not was_at_rest:  # yaw as if the bias had been known
+        if not was_at_rest:
+            self._end_look()
+            # yaw as if the bias had been known
             change = [radians(b) - old for b, old in zip(rest.bias_dps, learning.bias)]
             q = self._turn(q, 0.0, 0.0, sum([a * b for a, b in zip(view.yaw, change)]))
             view.yaw[:3] = [0.0, 0.0, 0.0]
@@ -146,6 +151,7 @@ class Slow:
         if found:
             q, self._age_s = found, _YOUNG_S + span_s
             self.loop.clear()
+            self._end_look()
             self.view.clear()
             self._unknown = _START_TILT
         return q
@@ -167,7 +173,7 @@ class Slow:
             loop.limit_g = None
             return
         errs = self.most_sigmas * learning.rate_sigma(self._squares) + radians(self.most_dps)
-        unknown = self.view.start[0] * sqrt(learning.sigma(12) ** 2 + learning.sigma(13) ** 2)
+        unknown = abs(self.view.start[0]) * sqrt(learning.sigma(12) ** 2 + learning.sigma(13) ** 2)
         loop.limit_g = errs / self.gain + _START_SIGMAS * unknown
         if loop.watch_speed(self.up.now[0], self.up.now[1], span_s):
             self._unknown = _START_TILT
@@ -180,20 +186,42 @@ class Slow:
         keep = 1.0 - span_s / _YAW_S
         self.bounds.bias_forgotten(view, learning, keep)
         view.follow_yaw(q, rates, span_s, keep)
+        if not self.gain:
+            return q
         self._looked_s += span_s
-        if self._looked_s < _LOOK_S - 0.5 * span_s or self._age_s <= _YOUNG_S or not self.gain:
+        if self._looked_s < _LOOK_S - 0.5 * span_s:
             return q
         span_s, self._looked_s = self._looked_s, 0.0
-        axis, self._axis = self._axis, 1 - self._axis
+        axis = self._axis = 1 - self._axis
         if self.up.now[2] <= _LEAST_G or limited[axis]:
             return q  # in free fall, or pushed
         learning.walk(span_s, self.rest.since_s)
         shaken = self.up.level_g * max(1.0, self.gain * self.tau_s)
         position = (self.loop.px, self.loop.py)[axis]
-        change = learning.look(view.of(2, axis), position, shaken)
+        learning.look(view.of(2, axis), position, shaken)
         self.bounds.explained(axis, learning.explained)
-        learning.correct(change)
-        return self._made_good(q, change)
+        self._looking = 1
+        return q
+
+    def _follow_look(self, q):
+        """Two blocks after a look it is made good, after one more the covariance knows of it: the
+        integer twin takes so long."""
+        if self._looking:
+            self._looking += 1
+            if self._looking == 3:
+                change = self.learning.change()
+                self.learning.correct(change)
+                return self._made_good(q, change)
+            if self._looking == 4:
+                self._looking = 0
+                self.learning.settle()
+        return q
+
+    def _end_look(self):
+        """What is being learned belongs to a time that is over."""
+        if self._looking == 3:
+            self.learning.settle()
+        self._looking = 0
 
     def _made_good(self, q, change):
         """Attitude and loop as if the change had always been known."""
@@ -214,7 +242,7 @@ class Slow:
     def state(self):
         """All that changes, for set_state()."""
         own = (self.blank, self.gain, tuple(self._squares), self._age_s, self._looked_s,
-               self._axis, self._unknown)
+               self._axis, self._looking, self._unknown)
         parts = (self.rest, self.learning, self.view, self.up, self.bounds)
         return own, tuple([part.state() for part in parts])
 
@@ -222,7 +250,7 @@ class Slow:
         """Go on from a state()."""
         own, states = state
         (self.blank, self.gain, squares, self._age_s, self._looked_s, self._axis,
-         self._unknown) = own
+         self._looking, self._unknown) = own
         self._squares = list(squares)
         parts = (self.rest, self.learning, self.view, self.up, self.bounds)
         for part, value in zip(parts, states):
