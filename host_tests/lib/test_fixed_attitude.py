@@ -85,7 +85,7 @@ def test_rates_and_ranges_agree_with_double_precision(rate_hz, gyro_dps, accel_g
     rows = at_rate(rows, recorded_hz, rate_hz)
     exact = run_float(rows, rate_hz, gyro_dps, accel_g)
     inclination, yaw = differences(run(Attitude(rate_hz, gyro_dps, accel_g), rows), exact)
-    assert inclination < 0.02
+    assert inclination < 0.03
     assert yaw < 0.05
 
 
@@ -174,7 +174,7 @@ def test_rest_and_bias_are_seen():
     assert filt.at_rest
     assert filt.bias_dps == pytest.approx((2.0, -0.9924, 0.5038), abs=1e-3)
     assert tuple(filt.angles_mdeg) == (filt.roll_mdeg, filt.pitch_mdeg, filt.yaw_mdeg)
-    run(filt, [[0, 0, 4096, 0, 1310, -65, 33]] * 10)
+    run(filt, [[0, 0, 4096, 0, 1310, -65, 33]] * 25)  # a block has 20
     assert not filt.at_rest
 
 

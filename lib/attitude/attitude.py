@@ -23,7 +23,7 @@ from .level_loop import LevelLoop
 from .quaternion import Orientation, product, rotate, rotate_back, unit
 from .slow import Slow
 
-_BLOCK_S = 0.04  # of the slow part
+_BLOCK_S = 0.08  # of the slow part
 _STOP = 0.9995  # of full scale: saturated
 _MAX_STEP = 0.25  # gain times dt beyond which the loop would not be stable
 _STATE = ("_q", "_gyro", "_rates", "_accel", "_n", "_block_s")

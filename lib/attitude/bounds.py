@@ -10,7 +10,7 @@ tilt, which has two axes, 1.96 of yaw) hold the truth for 90 to 99 % of the time
 from math import degrees, radians, sqrt
 
 _SHAKEN_S = 5.0
-_SHAKEN = 0.7  # tilt by the position's root mean square
+_SHAKEN = 0.6  # tilt by the position's root mean square
 _LEAST_DEG = 0.1
 _YAW = 0.5  # the learning is cautious, since its noise lasts: see _CORRELATED there
 _YAW_NOISE = radians(0.005)  # per root second

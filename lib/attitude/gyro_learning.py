@@ -13,9 +13,9 @@ from .gyro_view import ERRORS
 
 _MOST_SIGMAS = 3.0  # an innovation counts no more
 _MOST_SCALE = 0.06  # twice the datasheet's tolerance
-_CORRELATED = 16.0  # the position's noise lasts for seconds: looks that tell as much as one
+_CORRELATED = 9.0  # the position's noise lasts for seconds: looks that tell as much as one
 _LEAST_G = 0.002  # noise of a position, and what it is taken for at first
-_NOISE_K = 0.006  # of a look: 80 s for both axes
+_NOISE_K = 0.008  # of a look: 80 s for both axes
 _SHAKEN, _SHAKEN_AT_FIRST, _SHAKEN_LOOKS = 0.02, 0.06, 80.0  # noise by the level acceleration
 _REST_SIGMA = radians(0.01)  # how well a rest tells the bias
 _WALKED, _WALKS = radians(0.05), radians(0.002)  # it is no further from the last rest's: a + b t
@@ -50,7 +50,7 @@ class GyroLearning:
             scale = self.scale_sigma if n % 4 == 3 else self.cross_sigma
             self.begin(n, radians(self.start_sigma_dps) if n < 3 else scale)
         self._noise = _LEAST_G * _LEAST_G  # g^2, variance of what no error explains
-        self._looks = 0
+        self.looks = 0
         self._told, self._total, self._share = [0.0] * ERRORS, 1.0, 0.0  # of the last look
         self.explained = 0.0  # variance of the last look's position by the errors, g^2
 
@@ -89,7 +89,7 @@ class GyroLearning:
         rows = self.covariance
         told = [dot(row, seen) for row in rows]
         explained = self.explained = max(0.0, dot(told, seen))
-        more = (_SHAKEN_AT_FIRST - _SHAKEN) / (1.0 + self._looks / _SHAKEN_LOOKS)
+        more = (_SHAKEN_AT_FIRST - _SHAKEN) / (1.0 + self.looks / _SHAKEN_LOOKS)
         noise = (_SHAKEN + more) * shaken_g
         noise = noise * noise + max(_LEAST_G * _LEAST_G, _CORRELATED * self._noise)
         total = explained + noise
@@ -98,7 +98,7 @@ class GyroLearning:
         self._share = max(-most, min(most, position_g)) / total
         unexplained = max(0.0, position_g * position_g - explained)
         self._noise += _NOISE_K * (unexplained - self._noise)
-        self._looks += 1
+        self.looks += 1
 
     def change(self):
         """Of each error, what the last look tells (ERRORS numbers)."""
@@ -143,11 +143,11 @@ class GyroLearning:
         """All that changes, for set_state()."""
         rows = tuple([tuple(row) for row in self.covariance])
         look = (tuple(self._told), self._total, self._share)
-        return tuple(self.matrix), tuple(self.bias), rows, self._noise, self._looks, look
+        return tuple(self.matrix), tuple(self.bias), rows, self._noise, self.looks, look
 
     def set_state(self, state):
         """Go on from a state()."""
-        matrix, bias, rows, self._noise, self._looks, look = state
+        matrix, bias, rows, self._noise, self.looks, look = state
         told, self._total, self._share = look
         self._told = list(told)
         self.matrix, self.bias = list(matrix), list(bias)

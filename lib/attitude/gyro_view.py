@@ -83,7 +83,7 @@ class GyroView:
     def state(self):
         """All that changes, for set_state()."""
         levels = [tuple(row) for part in (self.tilt, self.velocity, self.position) for row in part]
-        return (*levels, tuple(self.start), self._rows, tuple(self.yaw))
+        return tuple(levels) + (tuple(self.start), self._rows, tuple(self.yaw))
 
     def set_state(self, state):
         """Go on from a state()."""

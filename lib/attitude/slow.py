@@ -13,13 +13,15 @@ from .up import Up
 _YOUNG_S = 1.5  # the mean alone levels
 _OLD_S = 100.0  # as if it had been running for so long, once it has rested
 _RATE_S = 3.0  # over which rates are squared
-_LOOK_S = 0.24  # between two looks, at one level axis and at the other
+_LOOK_S = 0.24  # between two looks, at one level axis and at the other; later twice as long
+_LATER = 256  # looks
 _YAW_S = 40.0  # for which an old bias answers for the yaw
 _START_TILT, _REST_TILT = radians(15.0), radians(0.2)  # how well the mean levels, and a rest
 _TOLD = radians(1.0)  # how well another filter knows a bias
 _FASTER, _FASTEST, _FASTER_G, _SHAKEN = 0.3, 4.0, 0.003, 0.06
 _START_SIGMAS = 3.0
 _LEAST_G = 0.3  # less of gravity tells nothing
+_WILD = 1.3  # rad: a block that turns further is no place to learn from, nor to level by its mean
 LEARNING = ("start_sigma_dps", "scale_sigma", "cross_sigma", "bias_tau_s")
 
 
@@ -90,11 +92,10 @@ class Slow:
         q = self._follow_look(q)
         was_at_rest = rest.at_rest
         q = self._watch_rest(q, now, span_s, accel)
-        self.up.update(q, now[3:], span_s)
-        q = self._level(q, span_s)
         rates = [radians(rate) - bias for rate, bias in zip(now, learning.bias)]
-        k = min(1.0, span_s / _RATE_S)
-        self._squares = [s + k * (rate * rate - s) for s, rate in zip(self._squares, rates)]
+        wild = max([abs(rate) for rate in rates]) * span_s > _WILD
+        self.up.update(q, None if wild else now[3:], span_s)
+        q = self._level(q, span_s)
         last, self.gain = self.gain, self._gain_now()
         if rest.at_rest != was_at_rest:  # at rest is no velocity; one that ends it goes on
             self.loop.rescale(0.0 if rest.at_rest or not last else self.gain / last)
@@ -107,8 +108,12 @@ class Slow:
             self._unknown = 0.0
         limited = self.loop.limited()
         self._limit(span_s)
+        k = min(1.0, span_s / _RATE_S)
+        self._squares = [s + k * (rate * rate - s) for s, rate in zip(self._squares, rates)]
+        if wild:
+            self.view.clear()
         if not rest.at_rest:
-            q = self._learn(q, rates, span_s, limited)
+            q = self._learn(q, rates, span_s, None if wild else limited)
         self.bounds.update(self.loop, span_s, rest.at_rest, self._age_s < 2.0 * _YOUNG_S)
         return q
 
@@ -179,17 +184,19 @@ class Slow:
             self._unknown = _START_TILT
 
     def _learn(self, q, rates, span_s, limited):
-        """Follow how the gyro's errors show; every so often, look at what has shown."""
+        """Follow how the gyro's errors show; every so often, look at what has shown. limited:
+        what has reached its limit, None: nothing can be followed."""
         view, learning = self.view, self.learning
-        if self.gain:
+        if self.gain and limited:
             view.follow_level(q, rates, span_s, self.gain * span_s, limited)
         keep = 1.0 - span_s / _YAW_S
         self.bounds.bias_forgotten(view, learning, keep)
         view.follow_yaw(q, rates, span_s, keep)
-        if not self.gain:
+        if not self.gain or not limited:
             return q
         self._looked_s += span_s
-        if self._looked_s < _LOOK_S - 0.5 * span_s:
+        wait_s = _LOOK_S if learning.looks < _LATER else 2.0 * _LOOK_S
+        if self._looked_s < wait_s - 0.5 * span_s:
             return q
         span_s, self._looked_s = self._looked_s, 0.0
         axis = self._axis = 1 - self._axis

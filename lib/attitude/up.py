@@ -23,7 +23,10 @@ class Up:
         self.now = (0.0, 0.0, 0.0)  # the last block's mean acceleration in the earth frame, g
 
     def update(self, q, accel, span_s):
-        """Take a block's mean acceleration, sensor axes."""
+        """Take a block's mean acceleration, sensor axes; None if it has none."""
+        if accel is None:
+            self.now = (0.0, 0.0, 1.0)
+            return
         x, y, z = self.now = rotate(q, *accel)
         a, b, c = self._sum
         self._sum = a + x * span_s, b + y * span_s, c + z * span_s

@@ -64,10 +64,10 @@ place    name        format and meaning                                         
 75-76    SCALE       the same of a scale                                                    set
 77-78    CROSS       the same of the matrix' other elements; the last coefficient           set
 79       SEQ         steps so far, modulo 2^30; the first of the state                     step
-80       W           quaternion, sensor to earth, Q30             step, slow, level, stand
-81       X           the same                                     step, slow, level, stand
-82       Y           the same                                     step, slow, level, stand
-83       Z           the same                                     step, slow, level, stand
+80       W           quaternion, sensor to earth, Q30            step, slow, level, learn, stand
+81       X           the same                                    step, slow, level, learn, stand
+82       Y           the same                                    step, slow, level, learn, stand
+83       Z           the same                                    step, slow, level, learn, stand
 84       TRIM        (|q|^2 - 1) / 2, Q18: what the next sample takes off  step, level, stand
 85-87    LAST        inc of the last sample, as learned                         step, stand
 88-90    BIAS        inc Q8                                             slow, learn, stand
@@ -111,17 +111,17 @@ place    name        format and meaning                                         
 166      GAIN        gain * dt, Q24                                              pace, stand
 167-169  SQUARES     mean squares of the rates, (rad/s)^2 Q12                         pace
 170      LEVEL       level acceleration of late, g Q20                                 pace
-171      SEEN        for how long it has been seen, at most 3 s                        pace
+171      SEEN        for how long it has been seen, at most 3 s                  slow, pace
 172-173  PUSHED      speed that passed for acceleration, g blocks Q8                   pace
 174      SHAKE       mean square of the position, g^2 Q30                              pace
-175      EVENT       1 rest, 2 no more, 4 lost, 8 tilt unknown, 16 forget yaw  slow, pace, stand
-176      WORK        what a tick has to do: 1 to 13 view, 14 learn, 0 nothing  pace, view, learn
+175      EVENT       1 rest, 2 moves, 4 lost, 8 tilt unknown, 16 over, 32 wild  slow, pace, stand
+176      WORK        what a tick has to do: 15 to 17 pace, 1-13 view, 14 learn   slow, pace, view
 177      PHASE       of the learning; 0 none                                    pace, learn
 178      WAIT        until the next look                                               pace
 179      AXIS        to look at                                                             pace
-180      FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 no gain         pace
+180      FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed    pace
 181      G           gain * span, Q15                                                  pace
-182-185  TURN        of the block about the sensor's axes, rad Q15; SPAN               pace
+182-185  TURN        of the block about the sensor's axes, rad Q15; SPAN         slow, pace
 186-194  ROWS        of the rotation matrix: y, -x, z; mean over the block, Q14        pace
 195-200  LAST_ROWS   the first two at its end                                          pace
 201      FRESH_ROWS  there are none yet                                        pace, level, view
@@ -129,13 +129,13 @@ place    name        format and meaning                                         
 274-276  OWN         the same by an unknown tilt, of both                      view, pace, learn
 277-288  YAW_VIEW    the same of the yaw; from here on a gap leaves all               view, slow
 289-302  E           of an error: its unit is 2^-E rad/s, 1 or rad              learn, stand
-303-498  COV         Q30 of the units: the covariance, row by row                   learn, stand
+303-498  COV         Q30 of the units: the covariance, its rows to the diagonal       learn, stand
 499-502  SPREAD      (rad/s)^2 Q28 of biases, of the matrix by rate x, y, z           learn
 503-511  MATRIX      what was learned less identity, Q30                       learn, stand
 512      NOISE       g^2 Q30: variance of what no error explains                      learn
 513      LOOKS       so far, at most 2^15 - 1                                         learn
 514-515  EXPLAINED   g^2 Q30: variance of the positions by the errors          learn, pace
-516      YAW_NOISE   rad^2 Q30: variance of the yaw by what no view shows             pace, slow
+516      YAW_NOISE   rad^2 Q32: variance of the yaw by what no view shows            learn, slow
 517-530  SEEN_BY     the position's view by each error's unit, g by 2^SH Q26          learn
 531-544  TOLD        covariance with the position, then by its sigma                  learn
 545      SH          see SEEN_BY                                                      learn
@@ -143,6 +143,7 @@ place    name        format and meaning                                         
 547      OFF         the position in that scale                                       learn
 548      NU          the same by its sigma, Q13                                       learn
 549-551  CHANGE      tilt x, tilt y, yaw to take off, rad Q24                         learn
+552      TILT        sigma of the unknown tilt, rad Q15                                    learn
 """
 
 import micropython
@@ -164,7 +165,7 @@ _ROLL = const(113)
 _AT_REST = const(122)
 _UNCERTAIN = const(123)
 _STATE = const(79)
-_STATE_END = const(552)
+_STATE_END = const(553)
 _CALIBRATED = {"scale_sigma": 0.004, "cross_sigma": 0.003}
 
 
@@ -245,7 +246,7 @@ class Attitude(Fixed):
                 s[n] = new[n]
             if fresh & 2:
                 know_nothing(self._s)
-            use(self._s)
+            use(self._s, 3)
 
     @micropython.native
     def reset(self):
@@ -276,7 +277,7 @@ class Attitude(Fixed):
     def set_state(self, state):
         """Continue from a state() of a filter with the same settings."""
         super().set_state(state)
-        use(self._s)
+        use(self._s, 3)
 
     # ---- floats, for the foreground
 

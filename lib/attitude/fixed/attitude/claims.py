@@ -46,9 +46,9 @@ def _variance(state, view):
     units = [v / (1 << state[_E - _STATE + i]) for i, v in enumerate(view)]
     total = 0.0
     for i, a in enumerate(units):
-        at = _COV - _STATE + 14 * i
         for j, b in enumerate(units):
-            total += a * b * (state[at + j] / _Q30)
+            at = _COV - _STATE + 14 * max(i, j) + min(i, j)
+            total += a * b * (state[at] / _Q30)
     return max(0.0, total)
 
 

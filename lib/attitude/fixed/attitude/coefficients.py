@@ -9,7 +9,7 @@ from attitude.counts import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
 from attitude.fixed.folding import mantissa
 
 INC_PER_DPS = 4685077.9  # 2^30 / 4 in radians: times dt it is "inc"
-BLOCK_S, LOOK_S, YOUNG_S, OLD_S = 0.04, 0.24, 1.5, 100.0  # as in the float Attitude
+BLOCK_S, LOOK_S, YOUNG_S, OLD_S = 0.08, 0.24, 1.5, 100.0  # as in the float Attitude
 _FULL_SCALE = 32768 * 1.9  # of three axes and a calibration together
 _SPREAD = 0.7  # rad: longest lag_s * rate that the lag correction's formats hold
 _G = 9.80665
@@ -24,7 +24,7 @@ _N = const(33)
 
 
 def samples(rate_hz):
-    """How many samples a block has at this rate: no more than 40 ms, or one."""
+    """How many samples a block has at this rate: no more than 80 ms."""
     return max(1, int(rate_hz * BLOCK_S + 1e-6))
 
 
@@ -78,7 +78,8 @@ def set_up(
     young = max(1, int(YOUNG_S / span + 0.99))
     mg, mg_shift = mantissa(32768.0 * 4096.0 / (n * lsb_per_g))
     look = max(1, int(LOOK_S / span + 0.49999))
-    ticks = max(1, (n - 1) * 5 // 9)  # of a block, for the view; the others learn
+    ticks = max(1, (n - 1) // 6)  # of a block, for the view; three pace, the others learn
+    others = max(1, n - 4 - ticks)
     most = radians(min(most_dps, 2000.0))
     coefficients = (
         n,
@@ -120,11 +121,10 @@ def set_up(
         32768.0 * (1.0 - span / 40.0) + 0.5,
         look,
         (13 + ticks - 1) // ticks,
-        (7 + max(1, n - 1 - ticks) - 1) // max(1, n - 1 - ticks),
-        *unit_of(radians(start_sigma_dps)),
-        *unit_of(scale_sigma),
-        *unit_of(cross_sigma),
+        (13 + others - 1) // others,
     )
+    for sigma in (radians(start_sigma_dps), scale_sigma, cross_sigma):
+        coefficients += unit_of(sigma)
     for i, value in enumerate(coefficients):
         s[_N + i] = int(value)
 

@@ -9,7 +9,7 @@ Places and formats: this folder's __init__.
 import micropython
 from micropython import const
 
-from attitude.fixed.intmath import mul_q30
+from attitude.fixed.intmath import isqrt
 
 _GYRO = const(12)
 _START = const(73)
@@ -22,6 +22,7 @@ _SPREAD = const(499)
 _MATRIX = const(503)
 _NOISE = const(512)
 _LOOKS = const(513)
+_TILT = const(552)
 _LEAST = const(4295)  # (2 mg)^2, Q30
 
 
@@ -65,7 +66,8 @@ def know_nothing(array):
 
 @micropython.viper
 def spread(array):
-    """Sum up the variances, in (rad/s)^2 Q28: of the biases, of what goes with each rate."""
+    """Sum up the variances, in (rad/s)^2 Q28: of the biases, of what goes with each rate; and that
+    of the unknown tilt."""
     s = ptr32(array)
     i = 0
     while i < 4:
@@ -82,30 +84,33 @@ def spread(array):
             t = s[_COV + 15 * i] >> e
         s[at] += t
         i += 1
+    t = (s[_COV + 180] >> 2 * s[_E + 12]) + (s[_COV + 195] >> 2 * s[_E + 13])
+    s[_TILT] = int(isqrt(t))
 
 
 @micropython.viper
-def use(array):
-    """Make the coefficients of the gyro with what was learned."""
+def use(array, i: int):
+    """Make row i of the gyro's coefficients with what was learned; 3: all."""
     s = ptr32(array)
-    i = 0
-    while i < 3:
+    end = i + 1
+    if i == 3:
+        i = 0
+    while i < end and i < 3:
+        a = s[_MATRIX + 3 * i]  # 0.06 at most: 2^26
+        b = s[_MATRIX + 3 * i + 1]
+        c = s[_MATRIX + 3 * i + 2]
+        x = s[_GYRO + 9]
+        y = s[_GYRO + 10]
+        z = s[_GYRO + 11]
+        t = (a >> 12) * (x >> 18) + (b >> 12) * (y >> 18) + (c >> 12) * (z >> 18)
+        t += (a >> 15) * (x >> 3 & 0x7FFF) + (b >> 15) * (y >> 3 & 0x7FFF) >> 12
+        s[_USED + 9 + i] = s[_GYRO + 9 + i] + t + ((c >> 15) * (z >> 3 & 0x7FFF) >> 12)
+        a >>= 12
+        b >>= 12
+        c >>= 12
         j = 0
-        while j < 4:
-            at = 3 * i + j
-            if j == 3:  # the offset
-                at = 9 + i
-            t = s[_GYRO + at]
-            k = 0
-            while k < 3:
-                at = 3 * k + j
-                if j == 3:
-                    at = 9 + k
-                t += int(mul_q30(s[_MATRIX + 3 * i + k], s[_GYRO + at]))
-                k += 1
-            at = 3 * i + j
-            if j == 3:
-                at = 9 + i
-            s[_USED + at] = t
+        while j < 3:
+            t = a * s[_GYRO + j] + b * s[_GYRO + 3 + j] + c * s[_GYRO + 6 + j] + 131072
+            s[_USED + 3 * i + j] = s[_GYRO + 3 * i + j] + (t >> 18)
             j += 1
         i += 1

@@ -35,7 +35,7 @@ _GAIN = const(166)
 _FRESH_ROWS = const(201)
 _YAW_VIEW = const(277)
 _STATE = const(79)
-_STATE_END = const(552)
+_STATE_END = const(553)
 
 
 @micropython.viper
@@ -149,7 +149,7 @@ def begin(array):
     s[_W] = s[_ONE]
     s[_BEGIN] = 2
     know_nothing(array)
-    use(array)
+    use(array, 3)
     _fresh(array)
 
 

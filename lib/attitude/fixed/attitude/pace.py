@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """How fast the integer Attitude's level loop goes, how far, and what it learns next: the rest of
-attitude.Slow, with attitude.Bounds. Once per block, after slow.
+attitude.Slow, with attitude.Bounds. Once per block, a sample after slow.
 
 Places and formats: this folder's __init__.
 """
@@ -10,7 +10,7 @@ from micropython import const
 
 from attitude.fixed.attitude.errors import spread, unknown
 from attitude.fixed.attitude.learn import finish, new_block
-from attitude.fixed.attitude.view import clear, view
+from attitude.fixed.attitude.view import clear
 from attitude.fixed.intmath import hypot, isqrt
 
 _N = const(33)
@@ -28,12 +28,10 @@ _TOP = const(64)
 _TOP_K = const(65)
 _SHAKE_K = const(68)
 _LOOK = const(70)
-_KEEPS = const(69)
 _W = const(80)
 _X = const(81)
 _Y = const(82)
 _Z = const(83)
-_BIAS = const(88)
 _VX = const(94)
 _VY = const(95)
 _PX = const(96)
@@ -44,8 +42,6 @@ _K_HALF = const(100)
 _MOST_G = const(101)
 _OVER = const(104)
 _STUCK = const(105)
-_BEGIN = const(106)
-_SUM = const(107)
 _AT_REST = const(122)
 _UNCERTAIN = const(123)
 _NOW = const(156)
@@ -64,16 +60,14 @@ _AXIS = const(179)
 _FLAGS = const(180)
 _G = const(181)
 _TURN = const(182)
+_LOOKS = const(513)
+_TILT = const(552)
 _ROWS = const(186)
 _LAST_ROWS = const(195)
 _FRESH_ROWS = const(201)
 _OWN = const(274)
-_YAW_VIEW = const(277)
-_E = const(289)
-_COV = const(303)
 _SPREAD = const(499)
 _EXPLAINED = const(514)
-_YAW_NOISE = const(516)
 _REST_E = const(12)  # 0.01 deg/s: how well a rest tells the bias; see E, COV
 _REST_COV = const(548742303)
 _REST_TILT_E = const(8)  # 0.2 degrees: how well it has seen the tilt that it leaves
@@ -86,11 +80,10 @@ _DOUBTED = const(5881000)  # 3 degrees
 
 @micropython.viper
 def pace(array):
-    """Gain, limit and bounds of the next block; what the view and the learning have to do."""
+    """The gain of the next block, and what has happened in this one."""
     s = ptr32(array)
-    while s[_WORK] and s[_WORK] < 14:  # a short block
-        view(array)
-    new_block(array)
+    if s[_PHASE]:
+        new_block(array)
     event = s[_EVENT]
     s[_EVENT] = 0
     rest = s[_AT_REST]
@@ -111,7 +104,7 @@ def pace(array):
         spread(array)
     error = int(_error(array))
     last = s[_GAIN]
-    gain = int(_gain(array, error))
+    gain = int(_gain(array, error, event & 32))
 
     # at rest there is no velocity; one that ends the rest goes on, in the scale of the new gain
     k = -1
@@ -133,7 +126,7 @@ def pace(array):
         j = s[_PY]
         s[_PX] = (i >> 15) * k + ((i & 0x7FFF) * k >> 15)
         s[_PY] = (j >> 15) * k + ((j & 0x7FFF) * k >> 15)
-    if event & 23:
+    if event & 55:
         clear(array)
     if event & 10 and rest == 0:  # a tilt is unknown from now on
         s[_OWN] = 1048576
@@ -146,59 +139,64 @@ def pace(array):
             else:
                 unknown(array, i, _REST_TILT_E, _REST_TILT_COV)
             i += 1
+        spread(array)
 
+    flags = 0
+    if gain == 0 or event & 32:
+        flags = 8
+    s[_FLAGS] = flags
+    s[_G] = error  # for limit
+    s[_WORK] = 16
+
+
+@micropython.viper
+def limit(array):
+    """How far the correction goes, what to claim, and whether to look. The sample after."""
+    s = ptr32(array)
     x = s[_PX] if s[_PX] >= 0 else 0 - s[_PX]
     y = s[_PY] if s[_PY] >= 0 else 0 - s[_PY]
-    flags = 4 if s[_STUCK] else 0
-    s[_STUCK] = 0
-    if gain == 0:
-        flags |= 8
+    flags = s[_FLAGS]
+    if s[_STUCK]:
+        s[_STUCK] = 0
+        flags |= 4
     if x > s[_MOST_G]:
         flags |= 1
     if y > s[_MOST_G]:
         flags |= 2
     s[_FLAGS] = flags
+    error = s[_G]
+    t = s[_GAIN] * s[_N] >> 9
+    if t > 8192:
+        t = 8192
+    s[_G] = t
     _limit(array, error, x, y)
     _bounds(array, x, y)
-    if rest:
+    _square(array)
+    if s[_AT_REST]:
         s[_WORK] = 0
         return
-    _prepare(array)
-    if gain and s[_WAIT] < s[_LOOK]:
+    s[_WORK] = 17
+    if flags & 8 == 0:
         s[_WAIT] += 1
-    if s[_WAIT] == s[_LOOK] and s[_PHASE] == 0:
+    k = s[_LOOK]
+    if s[_LOOKS] > 255:  # later looks are rarer
+        k <<= 1
+    if s[_WAIT] >= k and s[_PHASE] == 0:
         s[_WAIT] = 0
         i = 1 - s[_AXIS]
         s[_AXIS] = i
         if s[_NOW + 2] > 1228 and flags & 1 << i == 0:  # not in free fall, not pushed
             s[_PHASE] = 1
-    s[_WORK] = 1
 
 
 @micropython.viper
 def _error(array) -> int:
     """By how much a level rate may be wrong, rad/s Q14; below 1."""
     s = ptr32(array)
-    n = s[_N]
-    k = s[_RATE_K]
     sum = s[_SPREAD]
     i = 0
     while i < 3:
-        t = s[_BIAS + i]
-        t = s[_SUM + i] - (t >> 8) * n - ((t & 255) * n >> 8) >> 13
-        s[_TURN + i] = t
-        t = t if t >= 0 else 0 - t
-        if t < 4096:
-            t = (t * t >> 4) * s[_PER_SPAN2] >> 8
-        else:
-            if t > 46340:
-                t = 46340
-            t >>= 1
-            t = (t * t >> 12) * s[_PER_SPAN2] << 2
-        m = s[_SQUARES + i]
-        t -= m
-        t = m + (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
-        s[_SQUARES + i] = t
+        t = s[_SQUARES + i]
         m = s[_SPREAD + 1 + i]
         if m > 1048576:
             m = 1048576
@@ -209,32 +207,55 @@ def _error(array) -> int:
         if sum > 402653184:
             sum = 402653184
         i += 1
-    s[_TURN + 3] = s[_SPAN]
     return int(isqrt(sum // 3 << 1)) if sum < 402653184 else 16383
 
 
 @micropython.viper
-def _gain(array, error: int) -> int:
+def _square(array):
+    """The mean squares of the rates, for the next block."""
+    s = ptr32(array)
+    k = s[_RATE_K]
+    i = 0
+    while i < 3:
+        t = s[_TURN + i]
+        t = t if t >= 0 else 0 - t
+        if t < 4096:
+            t = (t * t >> 4) * s[_PER_SPAN2] >> 8
+        else:
+            if t > 46340:
+                t = 46340
+            t >>= 1
+            t = (t * t >> 12) * s[_PER_SPAN2] << 2
+        m = s[_SQUARES + i]
+        t -= m
+        s[_SQUARES + i] = m + (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
+        i += 1
+    s[_TURN + 3] = s[_SPAN]
+
+
+@micropython.viper
+def _gain(array, error: int, wild: int) -> int:
     """The gain times dt, Q24: none at first, then high, then by what the gyro may err beside what
     accelerations do."""
     s = ptr32(array)
-    x = s[_NOW] if s[_NOW] >= 0 else 0 - s[_NOW]
-    y = s[_NOW + 1] if s[_NOW + 1] >= 0 else 0 - s[_NOW + 1]
-    if x > 65000:
-        x = 65000
-    if y > 65000:
-        y = 65000
-    t = (int(hypot(x, y)) << 8) - s[_LEVEL]
-    k = s[_RATE_K]
-    if s[_BEGIN] == 0 or s[_BEGIN] == 3:  # the first one is of a sample only
-        s[_SEEN] += 1
-    if s[_SEEN] * k < 32768:
-        t = t // (s[_SEEN] if s[_SEEN] else 1)
-    else:
-        s[_SEEN] -= 1
-        t = (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
-    t += s[_LEVEL]
-    s[_LEVEL] = t
+    t = s[_LEVEL]
+    if wild == 0:
+        x = s[_NOW] if s[_NOW] >= 0 else 0 - s[_NOW]
+        y = s[_NOW + 1] if s[_NOW + 1] >= 0 else 0 - s[_NOW + 1]
+        if x > 65000:
+            x = 65000
+        if y > 65000:
+            y = 65000
+        t = (int(hypot(x, y)) << 8) - t
+        k = s[_RATE_K]
+        n = s[_SEEN] + 1
+        if n * k < 32768:
+            s[_SEEN] = n
+            t = t // n if n else t
+        else:
+            t = (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
+        t += s[_LEVEL]
+        s[_LEVEL] = t
     gain = 0
     if s[_AGE] >= s[_YOUNG]:
         k = error * s[_FASTER] // (197 + ((t >> 10) * 3932 >> 10))  # Q10
@@ -261,10 +282,6 @@ def _gain(array, error: int) -> int:
     s[_K] = t
     s[_K_SHIFT] = k
     s[_K_HALF] = 1 << k >> 1
-    t = gain * s[_N] >> 9
-    if t > 8192:
-        t = 8192
-    s[_G] = t
     return gain
 
 
@@ -285,15 +302,14 @@ def _limit(array, error: int, x: int, y: int):
     if g < 1:
         g = 1
     k = 4
-    if t > 16777215:
-        k = 9
+    if t > 8388607:
+        k = 10
     t = (t >> k) * s[_SPAN] // g
     i = 1073741823
-    if t < 1048576:
+    if t < 524288:
         t <<= k
         i = s[_OWN] if s[_OWN] >= 0 else 0 - s[_OWN]
-        j = int(isqrt((s[_COV + 180] >> 2 * s[_E + 12]) + (s[_COV + 195] >> 2 * s[_E + 13])))
-        i = t + 3 * ((i >> 5) * j >> 6)
+        i = t + 3 * ((i >> 5) * s[_TILT] >> 6)
     s[_MOST_G] = i
 
     a = s[_PUSHED]
@@ -317,7 +333,7 @@ def _limit(array, error: int, x: int, y: int):
 
 @micropython.viper
 def _bounds(array, x: int, y: int):
-    """How far the truth may be away: of yaw what no view shows, and whether to claim the tilt."""
+    """Whether to claim the tilt."""
     s = ptr32(array)
     x >>= 9
     y >>= 9
@@ -341,23 +357,12 @@ def _bounds(array, x: int, y: int):
     elif t < _CLAIMED:
         s[_UNCERTAIN] = 0
 
-    t = s[_YAW_NOISE] + 1
-    i = 0
-    while i < 3 and s[_AT_REST] == 0:
-        k = (s[_YAW_VIEW + i] >> 10) * int(isqrt(s[_COV + 15 * i])) >> s[_E + i] + 10
-        if k > 30000 or k < -30000:
-            k = 30000
-        t += (k * k >> 12) * (32768 - s[_KEEPS])
-        i += 1
-    if t > 1073741823:
-        t = 1073741823
-    s[_YAW_NOISE] = t
-
 
 @micropython.viper
-def _prepare(array):
-    """Hand the view what it follows: turn, and rows of the rotation matrix."""
+def prepare(array):
+    """Hand the view what it follows: rows of the rotation matrix. The sample after."""
     s = ptr32(array)
+    s[_WORK] = 1
     w = s[_W] + 16384 >> 15
     x = s[_X] + 16384 >> 15
     y = s[_Y] + 16384 >> 15

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""What the integer Attitude does once per block of samples, 25 times a second: rest, the gyro's
-bias there, and whether the attitude is lost; then pace. attitude.Rest and attitude.Up in integers.
-Places and formats: this folder's __init__. A block's sums are not divided, so that the bias keeps
-a resolution of 1e-5 deg/s.
+"""What the integer Attitude does once per block of samples, a dozen times a second.
+
+Rest, the gyro's bias there, and whether the attitude is lost: attitude.Rest and attitude.Up in
+integers. Pace follows one sample later. Places and formats: this folder's __init__. A block's
+sums are not divided, so that the bias keeps a resolution of 1e-5 deg/s.
 """
 
 import micropython
 from micropython import const
 
 from attitude.fixed.attitude.level import level, turn, without_yaw
-from attitude.fixed.attitude.pace import pace
+from attitude.fixed.attitude.pace import limit, pace, prepare
+from attitude.fixed.attitude.view import view
 from attitude.fixed.intmath import isqrt
 
 _ONE = const(32)
@@ -66,6 +68,10 @@ _YAW_VIEW = const(277)
 _E = const(289)
 _COV = const(303)
 _YAW_NOISE = const(516)
+_WORK = const(176)
+_TURN = const(182)
+_SEEN = const(171)
+_WILD = const(42598)  # 1.3 rad, Q15
 
 
 @micropython.viper
@@ -74,6 +80,14 @@ def slow(array):
     s = ptr32(array)
     n = s[_N]
     begin = s[_BEGIN]
+    if s[_WORK] == 15:  # a short block
+        pace(array)
+    if s[_WORK] == 16:
+        limit(array)
+    if s[_WORK] == 17:
+        prepare(array)
+    while s[_WORK] and s[_WORK] < 14:
+        view(array)
 
     # as if it had had n samples, whatever the period; one at the beginning
     samples = s[_COUNT]
@@ -101,6 +115,26 @@ def slow(array):
             s[_BIAS + i] = s[_BEFORE + i]  # motion begins before it is seen
             i += 1
 
+    # the turn; one that is too wild is no place to learn from, nor to level by its mean
+    a = 0
+    i = 0
+    while i < 3:
+        t = s[_BIAS + i]
+        t = s[_SUM + i] - (t >> 8) * n - ((t & 255) * n >> 8) >> 13
+        if t > 65535:
+            t = 65535
+        elif t < -65535:
+            t = -65535
+        s[_TURN + i] = t
+        if t > _WILD or t < -_WILD:
+            a = 3
+        i += 1
+    if a:
+        s[_EVENT] |= 32
+        s[_NOW] = 0
+        s[_NOW + 1] = 0
+        s[_NOW + 2] = 4096
+
     # the block's acceleration in the earth frame
     w = s[_W] + 16384 >> 15
     x = s[_X] + 16384 >> 15
@@ -109,7 +143,6 @@ def slow(array):
     i = s[_SUM + 3]
     j = s[_SUM + 4]
     k = s[_SUM + 5]
-    a = 0
     while a < 3:
         if a == 0:  # a row of the rotation matrix, Q15
             p = w * w + x * x - y * y - z * z + 16384 >> 15
@@ -131,7 +164,9 @@ def slow(array):
         t = (t >> 15) * s[_MG] + ((t & 0x7FFF) * s[_MG] >> 15) >> s[_MG_SHIFT]
         s[_NOW + a] = t
         a += 1
-    k = s[_UP_SAMPLES] + samples
+    k = s[_UP_SAMPLES]
+    if s[_EVENT] & 32 == 0:
+        k += samples
     s[_UP_SAMPLES] = k
 
     # at first the mean of all acceleration so far is up; later one that is more than 45 degrees
@@ -174,7 +209,9 @@ def slow(array):
             s[_UP + 2] = 0
             s[_UP_SAMPLES] = 0
     s[_AGE] = age
-    pace(array)
+    if samples == 1:
+        s[_SEEN] = -1  # a sample counts for nothing
+    s[_WORK] = 15
 
     i = _SUM
     while i < _SUM + 6:
@@ -207,15 +244,19 @@ def _still(array) -> int:
             bound = s[_STILL_ACCEL]
             d <<= 6
         t = s[_SUM + i] * d  # a sum
+        if t > 1073741823:  # which is no rest
+            t = 1073741823
+        elif t < -1073741823:
+            t = -1073741823
         m = s[_MEAN + i]
         if new:
             m = t
         if i > 2 and s[_STILL] == 0:
             s[_FIRST + i - 3] = m
-        t -= m
-        m += (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
+        h = t - m
+        m += (h >> 15) * k + ((h & 0x7FFF) * k >> 15)
         s[_MEAN + i] = m
-        t = s[_SUM + i] * d - m
+        t -= m
         if t > bound or t < 0 - bound:
             steady = 0
         if i > 2:
@@ -295,8 +336,10 @@ def _rest(array, rested: int):
         t = s[_BIAS + i]
         m = t
         if learned == 0:
-            t = (s[_MEAN + i] << 8) // n
-        t += ((s[_SUM + i] << 8) // n - t) // d
+            k = s[_MEAN + i]
+            t = (k // n << 8) + ((k % n << 8) // n)
+        k = s[_SUM + i]
+        t += ((k // n << 8) + ((k % n << 8) // n) - t) // d
         s[_BIAS + i] = t
         if not rested:
             s[_BEFORE + i] = t

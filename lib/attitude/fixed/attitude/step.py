@@ -21,6 +21,7 @@ import micropython
 from micropython import const
 
 from attitude.fixed.attitude.learn import learn
+from attitude.fixed.attitude.pace import limit, pace, prepare
 from attitude.fixed.attitude.slow import slow
 from attitude.fixed.attitude.view import view
 
@@ -270,6 +271,12 @@ def step(self, counts: ptr16):
     elif s[_WORK]:  # the other samples of a block share its work
         if s[_WORK] < 14:
             view(self._s)
+        elif s[_WORK] == 15:
+            pace(self._s)
+        elif s[_WORK] == 16:
+            limit(self._s)
+        elif s[_WORK] == 17:
+            prepare(self._s)
         elif s[_PHASE]:
             learn(self._s)
 
