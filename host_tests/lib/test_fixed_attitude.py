@@ -103,7 +103,7 @@ def test_a_calibration_is_folded_in():
     filt = Attitude(rate_hz, 2000, 16)
     filt.calibrate(Mounted)
     out = run(filt, rows)
-    known = {"scale_sigma": 0.004, "cross_sigma": 0.003}  # since somebody has calibrated it
+    known = {"scale_sigma": 0.004, "start_sigma_dps": 1.0}  # since somebody has calibrated it
     inclination, yaw = differences(out, run_float(rows, rate_hz, 2000, 16, Mounted, **known))
     assert inclination < 0.02
     assert yaw < 0.05

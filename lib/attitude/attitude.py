@@ -70,6 +70,10 @@ class Attitude(Orientation):
         self._accel = (0.0, 0.0, 0.0)  # and g
         self._begin_blocks()
 
+    def known(self, settings):
+        """What a calibration tells of the gyro (attitude.counts), before the first sample."""
+        self._slow.known(settings)
+
     def relevel(self):
         """After a gap: the next samples level anew; yaw, bias and what is known of it stay."""
         self._slow.relevel()

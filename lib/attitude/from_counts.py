@@ -8,6 +8,7 @@ They are given the measured time with each sample.
 """
 
 from attitude.attitude import Attitude
+from attitude.counts import known
 from attitude.float_base import FromCounts, go_on_with
 from attitude.standing import angles_deg, of_angles
 from attitude.tilt import accel_tilt_deg
@@ -25,6 +26,14 @@ class FloatAttitude(FromCounts):
         settings = settings.copy()
         settings["gyro_range_dps"], settings["accel_range_g"] = self.gyro_dps, self.accel_g
         return (Attitude(self.rate_hz, **settings),)
+
+    def prepare(self, calibration=None, period_us=None, settings=None):
+        """See FromCounts; before the first sample, a calibration also tells what is known."""
+        super().prepare(calibration, period_us, settings)
+        if calibration is not None:
+            own = self.pending[3]
+            told = [pair for pair in known(calibration).items() if pair[0] not in own]
+            self.cores[0].known(dict(told))
 
     def _update(self, gyro, accel, dt_s):
         x, y, z = gyro

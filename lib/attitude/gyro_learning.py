@@ -41,6 +41,12 @@ class GyroLearning:
         self._walk = radians(0.9 / bias_tau_s) ** 2  # (rad/s)^2 per second
         self.reset()
 
+    def known(self, settings):
+        """Some of the settings, before anything has been learned."""
+        for name, value in settings.items():
+            setattr(self, name, value)
+        self.reset()
+
     def reset(self):
         """Nothing is known but the settings."""
         self.matrix = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]

@@ -16,8 +16,8 @@ _RATE_S = 3.0  # over which rates are squared
 _LOOK_S = 0.24  # between two looks, at one level axis and at the other; later twice as long
 _LATER = 256  # looks
 _YAW_S = 40.0  # for which an old bias answers for the yaw
-_START_TILT, _REST_TILT = radians(15.0), radians(0.2)  # how well the mean levels, and a rest
-_TOLD = radians(1.0)  # how well another filter knows a bias
+_START_TILT, _REST_TILT = radians(15.0), radians(0.2)  # how badly a tilt is lost; after a rest
+_TOLD = radians(3.0)  # how well another filter knows a bias
 _FASTER, _FASTEST, _FASTER_G, _SHAKEN = 0.3, 4.0, 0.003, 0.06
 _START_SIGMAS = 3.0
 _LEAST_G = 0.3  # less of gravity tells nothing
@@ -50,6 +50,11 @@ class Slow:
         self.bounds.clear()
         self._begin()
 
+    def known(self, settings):
+        """See Attitude.known."""
+        if self.blank:
+            self.learning.known(settings)
+
     def relevel(self):
         """The next blocks level anew; what is known of the gyro stays."""
         self.rest.relevel()
@@ -63,7 +68,8 @@ class Slow:
         if home_dps is None:
             for n in (0, 1, 2):
                 self.learning.begin(n, _TOLD)
-        self._age_s, self._unknown = _OLD_S, _START_TILT
+        # a filter that has not told its bias at rest may not know all of it
+        self._age_s, self._unknown = _OLD_S if home_dps else _YOUNG_S, _START_TILT
         self.gain = self._gain_now()
 
     def _begin(self):
@@ -150,7 +156,7 @@ class Slow:
         self._age_s += span_s
         if young:
             if self._age_s >= _YOUNG_S:
-                self._unknown = _START_TILT
+                self._unknown = self._levelled()
             q, self.blank = without_yaw(found) if self.blank else found, False
             return q
         if found:
@@ -160,6 +166,11 @@ class Slow:
             self.view.clear()
             self._unknown = _START_TILT
         return q
+
+    def _levelled(self):
+        """How well the mean has levelled, rad: what accelerated meanwhile, and turned unseen."""
+        unseen = _YOUNG_S * 0.5 * self.learning.rate_sigma((0.0, 0.0, 0.0))
+        return min(_START_TILT, sqrt(self.up.level_g**2 + 0.5 * unseen * unseen))
 
     def _gain_now(self):
         """In rad/s. None at first (the mean levels), then high until the age is 2 tau_s; the

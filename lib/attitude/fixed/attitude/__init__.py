@@ -64,12 +64,12 @@ place    name        format and meaning                                         
 75-76    SCALE       the same of a scale                                                    set
 77-78    CROSS       the same of the matrix' other elements; the last coefficient           set
 79       SEQ         steps so far, modulo 2^30; the first of the state                     step
-80       W           quaternion, sensor to earth, Q30            step, slow, level, learn, stand
-81       X           the same                                    step, slow, level, learn, stand
-82       Y           the same                                    step, slow, level, learn, stand
-83       Z           the same                                    step, slow, level, learn, stand
-84       TRIM        (|q|^2 - 1) / 2, Q18: what the next sample takes off  step, level, stand
-85-87    LAST        inc of the last sample, as learned                         step, stand
+80       W           quaternion, sensor to earth, Q30      step, slow, level, learn, stand, turn
+81       X           the same                              step, slow, level, learn, stand, turn
+82       Y           the same                              step, slow, level, learn, stand, turn
+83       Z           the same                              step, slow, level, learn, stand, turn
+84       TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off  step, level, stand, turn
+85-87    LAST        inc of the last sample, as learned                        step, stand, turn
 88-90    BIAS        inc Q8                                             slow, learn, stand
 91-93    FRACTION    of the bias, Q8: what waits                                       step
 94       VX          velocity that should not be there, g * 2^24         step, pace, learn
@@ -86,8 +86,8 @@ place    name        format and meaning                                         
 105      STUCK       the accelerometer was over its range in this block   step, pace, level
 106      BEGIN       the next sample is a block: 1 new means, 2 and yaw 0  slow, level, stand
 107-112  SUM         of the block: inc with the bias in it, calibrated counts    step, slow
-113-114  ROLL        mdeg, then the pitch; the first of the results             step, stand
-115      YAW         mdeg                                                            step, stand
+113-114  ROLL        mdeg, then the pitch; the first of the results            step, stand, turn
+115      YAW         mdeg                                                             step, turn
 116-118  RATES       mdps                                                       step, stand
 119-121  FORCE       calibrated accelerometer, counts                                  step
 122      AT_REST     1 or 0                                                            slow
@@ -114,7 +114,7 @@ place    name        format and meaning                                         
 171      SEEN        for how long it has been seen, at most 3 s                  slow, pace
 172-173  PUSHED      speed that passed for acceleration, g blocks Q8                   pace
 174      SHAKE       mean square of the position, g^2 Q30                              pace
-175      EVENT       1 rest, 2 moves, 4 lost, 8 tilt unknown, 16 over, 32 wild  slow, pace, stand
+175      EVENT       what has happened: bits, see pace                         slow, pace, stand
 176      WORK        what a tick has to do: 15 to 17 pace, 1-13 view, 14 learn   slow, pace, view
 177      PHASE       of the learning; 0 none                                    pace, learn
 178      WAIT        until the next look                                               pace
@@ -149,6 +149,7 @@ place    name        format and meaning                                         
 import micropython
 from micropython import const
 
+from attitude.counts import known
 from attitude.fixed.attitude.coefficients import INC_PER_DPS, set_up
 from attitude.fixed.attitude.errors import know_nothing, use
 from attitude.fixed.attitude.level import begin, begin_again, without_yaw
@@ -161,12 +162,12 @@ _GYRO = const(12)
 _STEP = const(25)
 _SEQ = const(79)
 _BIAS = const(88)
+_BEGIN = const(106)
 _ROLL = const(113)
 _AT_REST = const(122)
 _UNCERTAIN = const(123)
 _STATE = const(79)
 _STATE_END = const(553)
-_CALIBRATED = {"scale_sigma": 0.004, "cross_sigma": 0.003}
 
 
 class Attitude(Fixed):
@@ -174,10 +175,11 @@ class Attitude(Fixed):
 
     rate_hz: any real rate, 80 to 1000; gyro_dps, accel_g: the ranges that the counts come in.
     Further settings by name, as for the float Attitude, its Rest and GyroLearning: see set_up in
-    coefficients. The algorithm is described there. A calibration with scales makes scale_sigma
-    0.004 and cross_sigma 0.002 where they are not set. The angles are for now, turned on by lag_s.
+    coefficients; what a calibration tells of them (attitude.counts.known) counts where they are
+    not set. The algorithm is described there. The angles are for now, turned on by lag_s.
     """
 
+    knows_yaw = True
     _unit_per_deg = INC_PER_DPS
     _spare = 1.2
     _seq_at = _SEQ
@@ -189,13 +191,10 @@ class Attitude(Fixed):
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         super().__init__(rate_hz, gyro_dps, accel_g, _STATE_END, _STATE + 1, settings)
 
-    _calibrated = False
+    _known = {}  # by the calibration
 
     def _set_up(self, **settings):
-        if self._calibrated:
-            known = _CALIBRATED.copy()
-            known.update(settings)
-            settings = known
+        settings.update([pair for pair in self._known.items() if pair[0] not in settings])
         set_up(self.pending, self.rate_hz, self.gyro_dps, self.accel_g, **settings)
 
     def _fold(self, cal):
@@ -203,11 +202,9 @@ class Attitude(Fixed):
         super()._fold(cal)
         if before != self.pending[_GYRO : _GYRO + 9]:  # what was learned belonged to the other
             self.pending[_STATE] |= 2
-        m = cal.gyro_matrix
-        lengths = [m[i] * m[i] + m[i + 1] * m[i + 1] + m[i + 2] * m[i + 2] for i in (0, 3, 6)]
-        calibrated = max([abs(length - 1.0) for length in lengths]) > 1e-5
-        if calibrated != self._calibrated:
-            self._calibrated = calibrated
+        now = known(cal)
+        if now != self._known:
+            self._known = now
             self._set_up(**self._settings)
 
     step = step
@@ -234,9 +231,9 @@ class Attitude(Fixed):
         learned of the gyro's scale unless the calibration has another. No allocation, 10 us for a
         period, 150 us else: fit for an interrupt.
         """
-        n = _STATE
         s = ptr32(self._s)
         new = ptr32(self.pending)
+        n = _STATE
         s[_STEP] = new[_STEP]
         fresh = new[_STATE]
         if fresh:
@@ -244,7 +241,7 @@ class Attitude(Fixed):
             while n:
                 n -= 1
                 s[n] = new[n]
-            if fresh & 2:
+            if fresh & 2 or s[_BEGIN] > 1:
                 know_nothing(self._s)
             use(self._s, 3)
 

@@ -141,9 +141,10 @@ def without_yaw(array):
 @micropython.viper
 def begin(array):
     """Forget everything; the next sample levels, with yaw 0."""
-    i = _STATE
     s = ptr32(array)
-    while i < _STATE_END:
+    end = _STATE_END
+    i = _STATE
+    while i < end:
         s[i] = 0
         i += 1
     s[_W] = s[_ONE]
@@ -156,8 +157,9 @@ def begin(array):
 @micropython.viper
 def begin_again(array):
     """The next samples level anew; attitude, bias and what is known of the gyro stay till then."""
-    i = _TRIM
     s = ptr32(array)
+    end = _YAW_VIEW
+    i = _TRIM
     while i < _BIAS:
         s[i] = 0
         i += 1
@@ -182,7 +184,7 @@ def begin_again(array):
         s[i] = 0
         i += 1
     i = _GAIN
-    while i < _YAW_VIEW:
+    while i < end:
         s[i] = 0
         i += 1
     if s[_BEGIN] == 0:

@@ -2,6 +2,9 @@
 """How fast the integer Attitude's level loop goes, how far, and what it learns next: the rest of
 attitude.Slow, with attitude.Bounds. Once per block, a sample after slow.
 
+Bits of EVENT: 1 rest begins, 2 rest ends, 4 the attitude was lost, 8 the tilt is unknown, 16 the
+gyro was over its range, 32 the block turned too far, 64 the mean has levelled.
+
 Places and formats: this folder's __init__.
 """
 
@@ -92,7 +95,7 @@ def pace(array):
         event |= 24
         if s[_AGE] > s[_YOUNG]:
             s[_AGE] = s[_YOUNG] + 1
-    if event & 15:
+    if event & 79:
         finish(array)
     if event & 1:
         i = 0
@@ -128,16 +131,32 @@ def pace(array):
         s[_PY] = (j >> 15) * k + ((j & 0x7FFF) * k >> 15)
     if event & 55:
         clear(array)
-    if event & 10 and rest == 0:  # a tilt is unknown from now on
+    if event & 74 and rest == 0:  # a tilt is unknown from now on
+        e = _REST_TILT_E
+        t = _REST_TILT_COV
+        if event & 8:
+            e = _START_TILT_E
+            t = _START_TILT_COV
+        elif event & 64:  # what accelerated while the mean levelled, and turned unseen
+            t = s[_LEVEL] >> 5
+            if t > 8579:  # 15 degrees, Q15
+                t = 8579
+            t = int(isqrt(t * t + (s[_SPREAD] >> 2) * 3))
+            if t > 8579:
+                t = 8579
+            elif t < 1:
+                t = 1
+            e = 0
+            while t < 16384:
+                t <<= 1
+                e += 1
+            t *= t
         s[_OWN] = 1048576
         s[_OWN + 1] = 0
         s[_OWN + 2] = 0
         i = 12
         while i < 14:
-            if event & 8:
-                unknown(array, i, _START_TILT_E, _START_TILT_COV)
-            else:
-                unknown(array, i, _REST_TILT_E, _REST_TILT_COV)
+            unknown(array, i, e, t)
             i += 1
         spread(array)
 

@@ -184,7 +184,7 @@ def slow(array):
             if samples > 1 or n == 1:
                 age += 1
             if age == s[_YOUNG]:
-                s[_EVENT] |= 8
+                s[_EVENT] |= 64
         else:  # no gravity has been seen yet
             s[_UP_SAMPLES] = 0
             if begin:
@@ -218,7 +218,9 @@ def slow(array):
         s[i] = 0
         i += 1
     s[_COUNT] = 0
-    t = s[_LEFT] + (n << 15)  # what is left over counts, or a block would never be too short
+    # what is over counts, or no block would ever be shorter; one that ended early has nothing over
+    t = s[_LEFT]
+    t = (n << 15) + t if t < 0 else n << 15
     s[_LEFT] = t if t > 0 else 1
     s[_BEGIN] = begin
 

@@ -16,6 +16,7 @@ _LAG_PRE = const(29)
 _LAG = const(30)
 _LAG_POST = const(31)
 _OLD = const(48)
+_YOUNG = const(47)
 _W = const(80)
 _TRIM = const(84)
 _LAST = const(85)
@@ -84,9 +85,10 @@ def begin_at(s, there, rate_hz):
     inc = INC_PER_DPS / rate_hz
     s[_BEGIN] = 1
     s[_MOVED] = 1
-    s[_AGE] = s[_OLD]
+    s[_AGE] = s[_OLD] if home else s[_YOUNG]
     s[_EVENT] = 8
-    known = 0.01 if home else 1.0  # deg/s: by a rest, by another filter
+    # a filter that has not told its bias at rest may not know all of it
+    known = 0.01 if home else 3.0  # deg/s
     for i in range(3):
         s[_LAST + i] = round(rates[i] * inc)
         s[_RATES + i] = round(rates[i] * 1000.0)

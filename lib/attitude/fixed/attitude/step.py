@@ -13,6 +13,7 @@ range, rate (folding.check_rate) and calibration (folding):
                                so e - 2 p and v - 2 p are below 2^30.7
     correction of a sample     clamped to 0.05 rad of half angle
     lag_s * rate               1.2 rad Q15 (coefficients cuts lag_s)
+    a block's sum of inc       2^30.4 for N samples; it ends at one and a half times as many
 
 The tests run it under the checked viper with inputs made to break these.
 """
@@ -34,6 +35,7 @@ _LAG_PRE = const(29)
 _LAG = const(30)
 _LAG_POST = const(31)
 _ONE = const(32)
+_N = const(33)
 _SEQ = const(79)
 _W = const(80)
 _X = const(81)
@@ -263,10 +265,11 @@ def step(self, counts: ptr16):
     s[_Z] = qz + xh * jh - yh * ih + ((i * jh - j * ih + 16384) >> 15)
 
     s[_SEQ] = (s[_SEQ] + 1) & 0x3FFFFFFF
-    s[_COUNT] += 1
+    k = s[_COUNT] + 1
+    s[_COUNT] = k
     t = s[_LEFT] - s[_STEP]
     s[_LEFT] = t
-    if t <= 0:
+    if t <= 0 or k > s[_N] + (s[_N] >> 1):
         slow(self._s)
     elif s[_WORK]:  # the other samples of a block share its work
         if s[_WORK] < 14:

@@ -102,8 +102,9 @@ def view(array):
 def clear(array):
     """No error has shown yet; yaw remembers."""
     s = ptr32(array)
+    end = _YAW_VIEW
     i = _VIEW
-    while i < _YAW_VIEW:
+    while i < end:
         s[i] = 0
         i += 1
     s[_FRESH_ROWS] = 1
