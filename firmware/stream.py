@@ -13,7 +13,6 @@ two frames are written at once, which divides the 256 bytes of the USB buffer: t
 each write is enough never to wait for a reader that has gone.
 """
 
-import gc
 import time
 
 import micropython
@@ -43,6 +42,7 @@ _AT = const(17)
 _PART = const(19)
 _KIND = const(21)
 _BATCH = const(22)
+_WAIT = const(23)
 _ASKED = const(24)
 _RECORDS = const(26)
 _TICKS_LOST = const(6)
@@ -125,6 +125,7 @@ class Stream:
         self._own = tap.ring(1, 28)  # of a header's or the counts' frame
         self._header = b""
         self._number = self._next = self._chunks = 0
+        self._batch = 1
         self._ring = None
         self._until = self._told = self._starts = 0
         self._row = {}
@@ -162,8 +163,8 @@ class Stream:
         if name not in channels.ALWAYS and name not in names:
             names = tuple(names) + (name,)
         self._begin(names, 1, before + after + 1)
-        watch = [channel.name for channel in self._chosen].index(name)
-        level = round(level / self._chosen[watch].scale)
+        watch = self._names.index(name)
+        level = round(level / self._channels()[watch].scale)
         place = 4 + watch if watch < 10 else 14 * (1 + (watch - 10) // 12) + 2 + (watch - 10) % 12
         ring = self._ring
         ring[_WATCH], ring[_LEVEL], ring[_RISING] = place, level, int(rising)
@@ -174,10 +175,8 @@ class Stream:
     def _begin(self, names, every, samples):
         self.stop()
         app = self._app
-        beside = []
-        for name in names:
-            if name not in channels.ALWAYS:
-                beside.append(self._offered.get(name) or channels.find(name, app))
+        self._names = channels.ALWAYS + tuple([n for n in names if n not in channels.ALWAYS])
+        beside = self._channels()[len(channels.ALWAYS) :]
         if len(beside) > 36:
             raise ValueError("more than 36 channels beside %s" % (channels.ALWAYS,))
         reads = tuple([channel.read for channel in beside if channel.read])
@@ -186,13 +185,16 @@ class Stream:
         self._ring = ring = _ring(samples, 28 * parts)
         kind = 16 + 4 * (self._starts & 3)
         ring[_EVERY], ring[_LEFT], ring[_CHANNELS], ring[_KIND] = every, every, len(beside), kind
-        self._chosen = [channels.find(name, app) for name in channels.ALWAYS] + beside
         more, program = channels.more(reads), channels.program(beside)
+        self._program = program
         tick = app.tick
         self._tap = lambda drive: tap.over(
             drive, self._call, ring, tick.est, tick.memory, tick.timing.words, program, reads, more
         )  # fmt: skip
         self._every = every
+
+    def _channels(self):
+        return [self._offered.get(name) or channels.find(name, self._app) for name in self._names]
 
     def _go(self, keep_s):
         self.keep(keep_s)
@@ -220,9 +222,14 @@ class Stream:
         app = self._app
         frames = self._ring[_LENGTH] // 28
         samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
-        self._ring[_BATCH] = max(1, min(samples, (2 * _PAIRS - 1) // frames))
+        self._batch = max(1, min(samples, (2 * _PAIRS - 1) // frames))
+        self._ring[_BATCH] = max(1, self._batch // 3)  # until the header is through
         if name is None or self._next < self._chunks:
-            head = channels.header(app, self._chosen, self._every)
+            chosen = self._channels()  # for the ranges as they are now
+            made = channels.program(chosen[len(channels.ALWAYS) :])
+            for at in range(len(made)):
+                self._program[at] = made[at]
+            head = channels.header(app, chosen, self._every)
             head.update(self._row)
         else:
             head = channels.change(app, name)
@@ -252,23 +259,22 @@ class Stream:
             return
         ring, pair, console = self._ring, self._pair, self._app.telemetry.console
         n = 0
-        if pair[2 * _FILL] < 2 and (
-            self._next < self._chunks or time.ticks_diff(now, self._told) >= 0
-        ):
-            self._other(now)
         while n < _PAIRS:
             n += 1
-            if pair[2 * _FILL] < 2:
-                if not fill(0, 0, 0, ring, pair):
-                    if ring[_MODE] == 3 and ring[_TAIL] == ring[_HEAD]:
-                        self._again()
-                    return
+            while not fill(0, 0, 0, ring, pair):
+                if self._next < self._chunks or time.ticks_diff(now, self._told) >= 0:
+                    self._other(now)
+                    continue
+                if ring[_MODE] == 3 and ring[_TAIL] == ring[_HEAD]:
+                    self._again()
+                return
             if not console.ready():
                 self.waits += 1
                 return
             console.write(self._line)
             pair[2 * _FILL] = 0
             self.written += 1
+        ring[_WAIT] = 1  # there may be more: after the next sample
 
     def _other(self, now):
         """A frame of the header, or of the counts."""
@@ -277,6 +283,8 @@ class Stream:
             chunk = self._next
             put(own, HEADER, self._number, chunk, self._chunks, self._header, len(self._header))
             self._next = chunk + 1
+            if self._next == self._chunks:
+                self._ring[_BATCH] = self._batch
         else:
             self._told = time.ticks_add(now, _STATUS_MS)
             self._counts(own)
@@ -326,7 +334,6 @@ def _ring(samples, length):
     size = _LEAST
     while size < samples:
         size *= 2
-    gc.collect()
     while True:
         try:
             return tap.ring(size, length)

@@ -42,10 +42,11 @@ def serve(session, http_port, show):
 
     app.on_startup(lambda: print(f"page: http://127.0.0.1:{http_port}/", flush=True))
     app.on_shutdown(session.close)
-    ui.run(
-        host="127.0.0.1", port=http_port, reload=False, show=show, show_welcome_message=False,
-        message_history_length=100, favicon="📐",
-    )  # fmt: skip
+    with contextlib.suppress(KeyboardInterrupt):
+        ui.run(
+            host="127.0.0.1", port=http_port, reload=False, show=show, show_welcome_message=False,
+            message_history_length=100, favicon="📐", reconnect_timeout=60.0,
+        )  # fmt: skip
 
 
 def main(arguments=None):

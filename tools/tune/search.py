@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 """A filter's settings by how near it comes to the best hindsight on some recordings.
 
-The default is the null hypothesis: it stays unless a change brings the recordings nearer, in the
-geometric mean, by at least WORTH. The smoother that serves as truth has ways of its own, and what
-it prefers by a few percent is no gain; nor is what nobody sees, FLOOR_DEG. What suits one motion
-does not suit another: tune on recordings of what the robot does.
+The default is the null hypothesis. What is found stays only if it holds for recordings that it
+was not found on: each one is left out in turn, the search done on the others, and what that finds
+has to bring the one left out nearer by WORTH, in the geometric mean of all. A single recording is
+cut in two. The smoother that serves as truth has ways of its own, and what it prefers by a few
+percent is no gain; nor is what nobody sees, FLOOR_DEG.
 """
 
 import math
@@ -16,6 +17,7 @@ from tools.replay import engine, grade
 
 WORTH = 0.08  # of the error
 FLOOR_DEG = 0.1  # added to each error before they are compared
+HALF_S = 10.0  # a recording longer than two of these is cut in two
 WORST = 3.0  # a trial that takes one recording further away than by this leads nowhere
 STEPS = (4.0, 2.0, 1.4)  # factors by which a setting is tried, one round each
 # the filter: its settings that are searched. A Kalman filter's gains depend on q / r alone.
@@ -33,6 +35,9 @@ class Judge:
     """Errors of settings against the hindsight of each track. runs: how many replays it took."""
 
     def __init__(self, tracks):
+        if len(tracks) == 1 and len(tracks[0]) > 2 * HALF_S * tracks[0].rate_hz:
+            half = len(tracks[0]) // 2
+            tracks = [tracks[0].part(slice(0, half)), tracks[0].part(slice(half, None))]
         self._tracks = tracks
         self._references = []
         for track in tracks:
@@ -45,23 +50,26 @@ class Judge:
         self._known = {}
         self.runs = 0
 
-    def errors(self, changes):
-        """(degrees of each track) with these settings; infinite where they are refused."""
-        key = tuple(sorted(changes.items()))
-        if key not in self._known:
-            self._known[key] = self._measured(changes)
-        return self._known[key]
+    def __len__(self):
+        return len(self._tracks)
 
-    def _measured(self, changes):
-        found = []
-        for track, (up, counted) in zip(self._tracks, self._references):
-            try:
-                angles = engine.run(track, engine.changed(track.settings, changes))
-            except (ValueError, OverflowError):
-                return np.full(len(self._tracks), np.inf)
-            found.append(grade.rms_deg(angles, up, counted))
+    def errors(self, changes, which=None):
+        """(degrees of each track, or of those) with these settings; infinite if refused."""
+        which = range(len(self)) if which is None else which
+        key = tuple(sorted(changes.items()))
+        for at in which:
+            if (at, key) not in self._known:
+                self._known[at, key] = self._measured(at, changes)
+        return np.array([self._known[at, key] for at in which])
+
+    def _measured(self, at, changes):
+        track, (up, counted) = self._tracks[at], self._references[at]
         self.runs += 1
-        return np.array(found)
+        try:
+            angles = engine.run(track, engine.changed(track.settings, changes))
+        except (ValueError, OverflowError):
+            return np.inf
+        return grade.rms_deg(angles, up, counted)
 
 
 def tuned(judge, name, tell=lambda text: None):
@@ -69,8 +77,26 @@ def tuned(judge, name, tell=lambda text: None):
 
     tell(text): each step of the search.
     """
+    base, every = {"filter": name}, range(len(judge))
+    best = _sought(judge, name, every, tell)
+    if not best or len(judge) < 2:
+        return {}
+    before, after = [], []
+    for left in every:
+        found = _sought(judge, name, [at for at in every if at != left], tell)
+        before += list(judge.errors(base, [left]))
+        after += list(judge.errors({**base, **found}, [left]))
+    held = _gain(np.array(before), np.array(after))
+    tell(f"{name}: {100 * held:.1f} % nearer on what the search had not seen")
+    if held < WORTH:
+        return {}
+    return {knob: float(f"{value:.3g}") for knob, value in best.items()}
+
+
+def _sought(judge, name, which, tell):
+    """The best settings for these tracks; {} when the default is."""
     base = {"filter": name}
-    default = judge.errors(base)
+    default = judge.errors(base, which)
     best, gain = {}, 0.0
     for factor in STEPS:
         better = True
@@ -79,15 +105,13 @@ def tuned(judge, name, tell=lambda text: None):
             for knob in SEARCHED[name]:
                 for by in (factor, 1 / factor):
                     trial = {**best, knob: _times(knob, best.get(knob), by)}
-                    now = _gain(default, judge.errors({**base, **trial}))
+                    now = _gain(default, judge.errors({**base, **trial}, which))
                     if now > gain + 0.002:
                         best, gain, better = trial, now, True
                         tell(f"{name}: {_said(best)}: {100 * gain:.1f} % nearer")
             if factor == STEPS[-1]:
                 break
-    if gain < WORTH:
-        return {}
-    return {knob: float(f"{value:.3g}") for knob, value in best.items()}
+    return best if gain >= WORTH else {}
 
 
 def _gain(before, after):
