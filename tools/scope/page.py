@@ -103,7 +103,7 @@ class View:
 
     def _tabs(self):
         names = ("Knobs", "Tune the past", "Vibration", "Body", "Step", "Auto-tune", "Changes")
-        with ui.tabs().props("dense no-caps outside-arrows mobile-arrows") as tabs:
+        with ui.tabs().classes("w-full").props("dense no-caps mobile-arrows") as tabs:
             for name in names:
                 ui.tab(name)
         with ui.tab_panels(tabs, value="Knobs").classes("w-full").props("keep-alive"):
