@@ -11,6 +11,9 @@ app.stop()
 """
 
 import gc
+
+gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+
 from array import array
 
 import micropython
@@ -23,6 +26,7 @@ from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config, checked
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
+from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 
@@ -38,6 +42,7 @@ _YAW_DOUBT = const(28)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
+ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
 _UNDO = const(20)
 
 _HELP = """app.start(), app.stop()            run in the background; end
@@ -87,6 +92,7 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
+        self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
         self._watched = False
         self._attached = []
@@ -121,10 +127,15 @@ class App:
     def start(self):
         """Set all up and run in the background. OSError, with what to check, without a sensor;
         ValueError where knobs do not go together."""
+        self._begin(self.running)
+
+    def _begin(self, ran):
+        """Start; where it fails, a loop that ran before is said to stand still now."""
         try:
             self._start()
-        except KeyboardInterrupt:
-            print("stopped before it ran: app.start()")
+        except BaseException as error:
+            if ran or isinstance(error, KeyboardInterrupt):
+                print("stopped: app.start() begins anew")
             raise
 
     def _start(self):
@@ -146,6 +157,7 @@ class App:
             self._watched = True
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
+        gc.threshold(-1)
         wiring.begin(self, began.still)
         self._running.append(self)
         self.loop.start()
@@ -190,7 +202,7 @@ class App:
             return work(self.imu)
         finally:
             if running:
-                self.start()
+                self._begin(True)
 
     # ---- knobs
 
@@ -198,18 +210,29 @@ class App:
         """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
         the sensor does not take it; then all is as it was."""
         config = self.config
-        before = config.values()
+        before, running = config.values(), self.running
         config.set(name, value)
         try:
-            self._apply(name)
+            self._apply(name, before)
         except BaseException:
             config.take(before)
-            if self.loop and (name in CHIP or name in PACE):
-                wiring.change(self, name in PACE)
+            self._take_back(name, running)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
+        self.stream.changed(None if name in ALL_OVER else name)
 
-    def _apply(self, name):
+    def _take_back(self, name, running):
+        """All as it was; the loop goes on, or else the outputs are safe."""
+        try:
+            if self.loop and (name in CHIP or name in PACE):
+                wiring.change(self, name in PACE)
+            if running and not self.running:
+                self.loop.start()
+        finally:
+            if running and not self.running:
+                self.outputs.safe()
+
+    def _apply(self, name, before):
         config = self.config
         if self.loop is None:
             startup.check(config)
@@ -218,12 +241,12 @@ class App:
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "address":
-            self._change_sensor()
+            self._change_sensor(before)
         elif name == "filter":
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
             else:
-                wiring.use(self, wiring.made(self, self.filter))
+                wiring.renew(self, self.filter)
         elif name in filters.SETTINGS[config.filter]:
             wiring.prepare(self, settings=filters.settings(config, self.imu))
         elif name.split("_")[0] in self._attached:
@@ -231,12 +254,19 @@ class App:
         else:
             wiring.settle(self)
 
-    def _change_sensor(self):
-        running = self.running
+    def _change_sensor(self, before):
+        running, old = self.running, self.imu
         self.stop()
         self.imu = None
-        if running:
-            self.start()
+        try:
+            if running:
+                self._start()
+        except BaseException:
+            self.config.take(before)
+            old.use_bus(self.board.i2c())  # the search for the other one has used its wires
+            self.imu = old
+            self._begin(True)
+            raise
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
@@ -315,11 +345,11 @@ class App:
         wiring.rested(self, calibration)
 
     def other_part(self):
-        """Another part was plugged in, whose biases nobody knows."""
+        """Another part was plugged in, whose biases nobody knows, nor how it was turned."""
         self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
         self.calibration = self.calibration.mounting()
         wiring.learn(self, learning.NOTHING)
-        wiring.use(self, wiring.made(self, None))
+        wiring.begin_anew(self)
 
     # ---- what one asks
 

@@ -32,7 +32,7 @@ class Bus:
     def __init__(self):
         self.words = array("i", (0, 0))
         self.patient = True
-        self.finish = None  # the driver's: waits for a burst under way
+        self.finish = _nothing  # the driver's: waits for a burst under way
 
     @property
     def held(self):
@@ -47,9 +47,14 @@ class Bus:
             while words[_TURNED_AWAY] and time.ticks_diff(time.ticks_ms(), began) < _PATIENCE_MS:
                 time.sleep_us(_LOOK_US)
             words[_TURNED_AWAY] = 0
+        # A Ctrl-C is raised at jumps: from here on there is none outside the try, nor in leaving.
         words[_HELD] += 1
-        if self.finish:
+        kept = 0
+        try:
             self.finish()
+            kept = 1
+        finally:
+            words[_HELD] += kept - 1
 
     def release(self):
         """The tick may have it again."""
@@ -63,6 +68,10 @@ class Bus:
         self.take()
         return self
 
-    def __exit__(self, *error):
-        self.release()
+    def __exit__(self, _kind, _error, _traceback):  # *rest would be a tuple: memory may be full
+        self.words[_HELD] -= 1
         return False
+
+
+def _nothing():
+    """finish() without a driver."""

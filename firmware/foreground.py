@@ -60,9 +60,10 @@ class Foreground:
             if self.error is None:
                 sys.print_exception(error)
             self.error = error
-        bus.patient = patient
-        looked = self._ticks[_TICKS] - self._looked
-        words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
+        finally:  # also after a Ctrl-C, which goes to whatever runs
+            bus.patient = patient
+            looked = self._ticks[_TICKS] - self._looked
+            words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
 
     def _busy(self, app):
         """Whether every tick is to be followed by this."""

@@ -39,10 +39,10 @@ class Outputs:
         self._words = tick.words
         self._rows = []  # (update, safe, hard, tune)
         self._told = []
-        self.feed = None
+        self.feed = self.tap = None
         self.late = 0
         self.error = None
-        self._hand_over()
+        self.hand_over()
 
     @property
     def failed(self):
@@ -76,14 +76,14 @@ class Outputs:
         if tune and self._app.period_us:
             tune(self._app.period_us)
         self._rows.append((update, safe, hard, tune))
-        self._hand_over()
+        self.hand_over()
 
     def remove(self, update):
         """Take a function away, its output safe. ValueError when it was never added."""
         for row in self._rows:
             if row[0] == update:
                 self._rows.remove(row)
-                self._hand_over()
+                self.hand_over()
                 if row[1]:
                     row[1]()
                 return
@@ -92,14 +92,14 @@ class Outputs:
     def clear(self):
         """Take all functions away, their outputs safe."""
         rows, self._rows = self._rows, []
-        self._hand_over()  # first: a tick may come in between, and must not drive them again
+        self.hand_over()  # first: a tick may come in between, and must not drive them again
         for row in rows:
             self._make_safe(row)
 
     def watch(self, feed):
         """Call `feed()`, a watchdog's, after each good step in which no hard function failed."""
         self.feed = feed
-        self._hand_over()
+        self.hand_over()
 
     def tune(self, period_us):
         """The loop's period has changed."""
@@ -164,13 +164,16 @@ class Outputs:
         else:
             print(error.__name__, "in the tick; app.outputs counts on")
 
-    def _hand_over(self):
+    def hand_over(self):
         """New tuples for the tick, all at once."""
         rows = tuple([(row[0] if row[2] else None, row[1]) for row in self._rows])
         made = Drive(self._words, self._app, rows, self.feed)
         self._drive = made
-        self._tick.drive = made.tick
-        self._words[_OUTPUTS] = 1 if rows or self.feed else 0
+        drive = made.tick if rows or self.feed else None
+        if self.tap:  # firmware.stream's
+            drive = self.tap(drive)
+        self._tick.drive = drive or made.tick
+        self._words[_OUTPUTS] = 1 if drive else 0
         self._words[_DUE] = 0  # the foreground is wanted after each tick from now on
 
 

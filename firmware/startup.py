@@ -6,6 +6,7 @@ how often, and what to check.
 """
 
 import time
+from array import array
 from errno import ENODEV
 
 from calibration import Calibration
@@ -66,8 +67,7 @@ def again(imu, board, config):
                 imu.reset()
                 imu.configure()
                 break
-        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
-        imu.data_ready(config.drive == "data-ready")
+        set_up(imu, config)
         return imu
 
     return _patiently(look, board, config, {})
@@ -101,17 +101,30 @@ def _patiently(work, board, config, seen):
 
 
 def first(imu):
-    """One good sample is in the driver's counts. OSError when none comes."""
+    """A good sample is in the driver's counts: of each word the middle one of three, so that one
+    broken transfer is not what everything begins with. OSError when none comes."""
     failure = None
+    bursts = []
     for _ in range(_FIRST):
         try:
             imu.read()
             if imu.plausible():
-                return
+                bursts.append(array("h", imu.counts))
         except OSError as error:
             failure = error
+        if len(bursts) == 3:
+            for i in range(7):
+                imu.counts[i] = sorted([burst[i] for burst in bursts])[1]
+            return
         time.sleep_ms(1)
     raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
+
+
+def set_up(imu, config):
+    """The knobs to a sensor that goes on measuring. OSError when it does not take them."""
+    if hasattr(imu, "set_up"):  # a MinIMU-9 keeps its own settings
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
+        imu.data_ready(config.drive == "data-ready")
 
 
 def sensor_rate_hz(config):

@@ -22,6 +22,7 @@ from firmware.tick import estimate, judge
 _LEAD_US = const(450)  # a burst takes 400 us on the bus
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
+_UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
 _NO = (0.0, 0.0, 0.0)
@@ -34,12 +35,14 @@ _RING_US = const(7)
 _SURE = const(8)
 _FORGET = const(9)
 _SWAP = const(10)
-_UNSURE_US = const(16)
 _UNCERTAIN = const(12)  # of firmware.tick.estimate
 _EVERY = const(13)
+_UNSURE_US = const(16)
+_YAW_LOST = const(17)
 _LIMIT = const(22)
 _PAUSE = const(24)
 _PATIENCE = const(27)
+_YAW_DOUBT = const(28)
 # those that begin anew with a start, besides the counts
 _FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
 _COUNT = const(30)
@@ -98,35 +101,47 @@ def wire(app, old):
     )
     app.loop.readers = readers
     app.period_us = app.loop.period_us
-    use(app, made(app, old))
+    renew(app, old)
     app.tick.wire(app.imu, app.bus.words, app.loop.period_us, timed, lead_us)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
 
 
-def made(app, old):
-    """The filter of the app's knobs, which stands where `old` (None: nowhere) stands now."""
+def begin_anew(app):
+    """A filter whose bias is unknown, from the attitude that is there, which is not claimed for
+    some time; nor is the yaw, until somebody says zero_yaw()."""
+    words = app.tick.words
     new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
-    if old is not None:
-        words = app.tick.words
-        words[_PAUSE] = 1  # the old one does not move while it is looked at
-        try:
+    stands = app.filter.standing()
+    if stands:
+        new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
+    use(app, new)
+    words[_UNSURE_US] = _UNKNOWN_US
+    words[_YAW_LOST] = words[_ODD] = 1
+    words[_YAW_DOUBT] = 180000
+
+
+def renew(app, old):
+    """The filter of the app's knobs, which goes on from where `old` (None: nowhere) stands now,
+    is what the tick works with from now on."""
+    words = app.tick.words
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    try:
+        if old is not None:
+            words[_PAUSE] = 1  # the old one does not move while it is looked at
             new.go_on_from(old, since_us(app))
-        except BaseException:
-            words[_PAUSE] = 0
-            raise
-    return new
+            gap = app.tick.gap
+            gap.rescale(GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
+        use(app, new)
+    finally:  # also after a Ctrl-C
+        words[_PAUSE] = 0
 
 
 def use(app, new):
     """The tick works with this filter from now on."""
-    words = app.tick.words
-    if app.filter is not None and words[_PAUSE]:
-        app.tick.gap.rescale(GYRO_LSB_PER_DPS[app.filter.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
     app.filter = new
     app.tick.use(new)
-    words[_ODD] = 1
-    words[_PAUSE] = 0
+    app.tick.words[_ODD] = 1
 
 
 def since_us(app):
@@ -171,7 +186,6 @@ def rested(app, calibration):
     app.calibration = calibration
     new = filters.make(app.config, calibration, imu, 1e6 / app.period_us)
     begin_at(new, calibration.apply(imu.accel_g(), _NO)[0], old.yaw_mdeg / 1000)
-    app.tick.words[_PAUSE] = 1
     use(app, new)
 
 
@@ -182,21 +196,20 @@ def change(app, pace):
     """
     config, imu, words = app.config, app.imu, app.tick.words
     running = app.loop.running
-    began = (time.ticks_us() - since_us(app)) & _WRAP
     with app.bus:
-        rate_hz = startup.sensor_rate_hz(config)
-        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, rate_hz)
-        imu.data_ready(config.drive == "data-ready")
+        startup.set_up(imu, config)
         if pace:
             app.loop.stop()
+            # the age counts up to here, with the ticks that found the bus taken
+            last = (time.ticks_us() - app.loop.since_us()) & _WRAP
             app.bus.forget()
             wire(app, app.filter)
         else:
-            use(app, made(app, app.filter))
+            renew(app, app.filter)
         settle(app)
         words[_FORGET] = words[_ODD] = 1
     if pace and running:
-        words[_AGE_US] += time.ticks_diff(time.ticks_us(), began)
+        words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
         app.loop.start()
 
 
@@ -220,5 +233,5 @@ def follow(app, period_us):
     try:
         prepare(app, period_us=period_us)
     except ValueError:  # further off than its coefficients reach: one made for it
-        use(app, made(app, app.filter))
+        renew(app, app.filter)
     app.outputs.tune(period_us)

@@ -24,6 +24,9 @@ BARS_US = {
     "step.attitude": 650,
     "split.kalman2": 110,
     "split.attitude": 230,
+    "app.blocking": 650,
+    "app.split": 125,
+    "read.angles": 12,
 }
 
 
@@ -79,7 +82,7 @@ def parse(text):
 
 
 def checks(result):
-    """{burst: (us, per cent)}: what the health checks add to a step of the app."""
+    """{burst: (us, per cent)}: what judging each burst adds to a step of the app."""
     us = {row["name"]: row["us"] for row in result["rows"]}
     found = {}
     for burst in ("blocking", "split"):
@@ -107,7 +110,7 @@ def table(result):
         if row["name"].split(".")[0] in ("step", "split"):
             shares = "".join(f"{row['us'] * hz / 1e4:8.1f} %" for hz in RATES_HZ)
             lines.append(f"{row['name']:24}{shares}")
-    lines += ["", "health checks of the app: us a step, share of the same step without them"]
+    lines += ["", "judging each burst: us a step of the app, share of the same step without it"]
     for burst, (us, share) in checks(result).items():
         lines.append(f"{burst:24}{us:9.1f}{share:8.1f} %")
     left = "".join(f"{100 * part:6.0f} % at {hz} Hz" for hz, part in result["left"].items())

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Puts measured figures into the README: nobody types them.
+"""Puts measured figures into the site's pages: nobody types them.
 
 `python -m tools.figures DIR` takes the results that the other commands wrote into DIR (bench.json,
 accuracy.json, faults.json, results.json; those that are there) and rewrites the tables between
-the README's `<!-- NAME -->` and `<!-- end NAME -->`, and the firmware's table of faults.
+`<!-- NAME -->` and `<!-- end NAME -->` of docs/site, and the firmware's table of faults.
 `make figures` measures and does this.
 """
 
@@ -14,7 +14,8 @@ from pathlib import Path
 from tools import bench as measured
 from tools.virtual.port import Port
 
-README = Path(__file__).resolve().parent.parent / "README.md"
+SITE = Path(__file__).resolve().parent.parent / "docs" / "site"
+PAGES = {"faults": "faults.md", "policy": "faults.md"}  # the others stand in numbers.md
 RATES_HZ = (250, 500, 1000)
 
 
@@ -61,10 +62,12 @@ def faults(result):
     """Each fault kind: runs, detected, recovered, the slowest recovery, the largest errors."""
     rows = [
         (name, k["runs"], k["detected"], k["recovered"], f"{k['max_recovery_s'] * 1000:.0f}",
-         f"{k['max_error_deg']:.2f}", f"{k['error_1s_deg']:.2f}")
+         f"{k['max_error_deg']:.2f}", f"{k['error_1s_deg']:.2f}", f"{k['yaw_error_deg']:.2f}",
+         f"{k['yaw_1s_deg']:.2f}", k["hard"]["lost"], f"{k['hard']['max_error_deg']:.2f}")
         for name, k in result["kinds"].items()
     ]  # fmt: skip
-    head = ["fault", "runs", "detected", "recovered", "slowest, ms", "error, deg", "1 s after"]
+    head = ["fault", "runs", "detected", "recovered", "slowest, ms", "error, deg", "1 s after",
+            "yaw, deg", "1 s after", "hard: ticks lost", "hard: error, deg"]  # fmt: skip
     return table(head, rows) + f"\n\nUncaught exceptions: {result['uncaught']}."
 
 
@@ -104,23 +107,26 @@ def put(text, name, body):
     """The text with the section's body replaced. ValueError when the marks are missing."""
     begin, end = f"<!-- {name} -->\n", f"<!-- end {name} -->"
     if begin not in text or end not in text:
-        raise ValueError(f"README has no section {name}")
+        raise ValueError(f"the page has no section {name}")
     before, rest = text.split(begin, 1)
     return before + begin + body + "\n" + end + rest.split(end, 1)[1]
+
+
+def write(name, body):
+    """Put a section into its page."""
+    page = SITE / PAGES.get(name, "numbers.md")
+    page.write_text(put(page.read_text(), name, body))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("results", type=Path, help="folder with the commands' --json files")
     folder = parser.parse_args().results
-    text = README.read_text()
     found = [name for name in SECTIONS if (folder / f"{name}.json").exists()]
     for name in found:
-        body = SECTIONS[name](json.loads((folder / f"{name}.json").read_text()))
-        text = put(text, name, body)
-    text = put(text, "policy", policy())
-    README.write_text(text)
-    print(f"{README}: {', '.join(found) or 'nothing'} from {folder}")
+        write(name, SECTIONS[name](json.loads((folder / f"{name}.json").read_text())))
+    write("policy", policy())
+    print(f"{SITE}: {', '.join(found) or 'nothing'} from {folder}")
 
 
 if __name__ == "__main__":

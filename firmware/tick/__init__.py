@@ -33,6 +33,7 @@ _FORGET = const(9)
 _SWAP = const(10)
 _ZERO_YAW = const(11)
 _DUE = const(12)
+_LATE_US = const(13)
 _WAITING = const(14)
 _FROM_US = const(15)
 _UNSURE_US = const(16)
@@ -58,6 +59,9 @@ _SATURATED = const(6)
 _LATE = const(10)  # nothing of now: the burst is under way, or older than a pause
 _BUSY = const(11)  # the bus is taken, or what it brings is not used yet
 
+_LONG_WAY = const(4)  # of what words.begun() tells
+
+_CLAIM_US = const(100000)  # a swing has turned back by then: a prediction is no claim any more
 _AGE_MAX_US = const(1000000000)  # a small int for ever
 _SHORT_US = const(15000)  # in an outage shorter than this no chip can have lost its settings
 _WRAP = const(0x3FFFFFFF)
@@ -93,13 +97,13 @@ class Tick:
         timed: the filter's update takes the time as well. lead_us: how long before run() begin()
         starts a burst, 0: not at all. A burst older than that and half a period is not of now.
         """
-        late_us = period_us + (period_us >> 1)
+        self.words[_LATE_US] = late_us = period_us + (period_us >> 1)
         imu.expire(lead_us + (period_us >> 1) if lead_us else 1 << 29)
         self.drive = self.drive or _nothing
         poll = imu.poll if lead_us else imu.fetch
         self._lost = self._make_lost()
         self._odd = self._make_odd(imu, lock, poll, period_us, timed, late_us)
-        self.step = self._make_step(imu, lock, poll, timed, late_us)
+        self.step = self._make_step(imu, lock, poll, timed)
         self.run = self._make_run()
         self.begin = self._make_begin(imu.start, lock)
 
@@ -157,15 +161,14 @@ class Tick:
         except BaseException:
             words[_ERRORS] += 1
 
-    def _make_step(self, imu, lock, poll, timed, late_us):
+    def _make_step(self, imu, lock, poll, timed):
         @micropython.native
         def step(
             dt_us,
             now,
             tick=self,
-            words=self.words,
+            own=self.words,
             lock=lock,
-            late_us=late_us,
             timed=timed,
             poll=poll,
             judge=judge.judge,
@@ -173,17 +176,17 @@ class Tick:
             memory=self.memory,
             publish=estimate.publish,
             est=self.est,
-            odd=self._odd,
-            lost=self._lost,
+            begun=words.begun,
         ):
-            if words[_ODD] or lock[0] or dt_us > late_us:
-                fresh = odd(dt_us, now)
+            more = begun(own, lock, dt_us)
+            if more >= _LONG_WAY:
+                fresh = tick._odd(dt_us, now)
             else:
                 fresh = poll()
                 if fresh == 1:
                     cause = judge(counts, memory)
                     if cause:
-                        fresh = lost(cause, dt_us, now)
+                        fresh = tick._lost(cause, dt_us, now)
                     else:
                         use = tick.now
                         if timed:
@@ -192,13 +195,12 @@ class Tick:
                             use[0](counts)
                         publish(est, use[1], memory, now)
                 else:
-                    fresh = lost(cause_of(fresh), dt_us, now)
-            if words[_OUTPUTS]:
-                tick.drive(fresh)
-            due = words[_DUE] - 1
-            words[_DUE] = due
-            if due <= 0:
-                tick._call_after()
+                    fresh = tick._lost(cause_of(fresh), dt_us, now)
+            if more or not fresh:
+                if own[_OUTPUTS]:
+                    tick.drive(fresh)
+                if own[_DUE] <= 0:
+                    tick._call_after()
 
         return step
 
@@ -230,6 +232,7 @@ class Tick:
                     words[_SURE] = 0
                 elif cause == _SATURATED:
                     words[_UNUSED_US] = words[_RING_US]
+                    est[_EST_UNCERTAIN] |= 1
                 words[_COUNT + cause] += 1
                 words[_DUE] = 0
             elif cause == _BUSY:
@@ -239,6 +242,8 @@ class Tick:
             words[_ODD] = 1
             if not paused:
                 tick.gap.predict(use[2], age_us)
+            if age_us > _CLAIM_US:
+                est[_EST_UNCERTAIN] |= 1
             publish(est, use[1], age_us, now)
             return 0
 

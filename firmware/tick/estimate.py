@@ -35,21 +35,29 @@ def words():
 def publish(est: ptr32, out: ptr32, memory: ptr16, now: int):
     """A tick at `now` with a good sample: the filter's `out`, and the temperature of the last
     good burst in firmware.tick.judge's memory."""
-    est[_SEQ] += 1
+    seq = est[_SEQ] + 1
+    est[_SEQ] = seq
     est[_T_US] = now
-    i = out[2] - est[_YAW]
-    if i > _HALF:
+    now = out[2]
+    turned = now - est[_YAW]
+    if turned > _HALF:
         est[_TURNS] -= 1
-    elif i < 0 - _HALF:
+    elif turned < 0 - _HALF:
         est[_TURNS] += 1
-    i = 0
-    while i < _OUTS:
-        est[_OUT + i] = out[i]
-        i += 1
+    est[2] = out[0]
+    est[3] = out[1]
+    est[4] = now
+    est[5] = out[3]
+    est[6] = out[4]
+    est[7] = out[5]
+    est[8] = out[6]
+    est[9] = out[7]
+    est[10] = out[8]
+    est[11] = out[9]
     est[_UNCERTAIN] = 0
     est[_TEMP] = (int(memory[3]) ^ 0x8000) - 0x8000
     est[_AGE_US] = 0
-    est[_SEQ] += 1
+    est[_SEQ] = seq + 1
 
 
 @micropython.viper

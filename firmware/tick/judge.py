@@ -57,10 +57,12 @@ def forget(words: ptr16):
 @micropython.viper
 def saturated(counts: ptr16) -> int:
     """1 when a rate is near its full scale; the low-pass rounds the edges of a saturation."""
-    i = 4
+    value = 0
+    most = _NEAR
+    i = 4  # the fourth local: an older one is in a register, where 1.26 would change it
     while i < 7:
         value = (int(counts[i]) ^ 0x8000) - 0x8000
-        if value >= _NEAR or value <= 0 - _NEAR:
+        if value >= most or value <= 0 - most:
             return 1
         i += 1
     return 0

@@ -18,6 +18,7 @@ place name       who  what
 10    SWAP       F T  1: the filter's pending coefficients are complete
 11    ZERO_YAW   F T  1: yaw is 0 from the next sample on
 12    DUE        F T  ticks until the foreground is scheduled
+13    LATE_US    F    a tick later than this after the last one ends a gap
 14    WAITING    F T  1: it is scheduled and has not run yet
 15    FROM_US    F T  age at which the filter that bridges the gap took over
 16    UNSURE_US  F T  so long the tilt is not known well enough to be claimed
@@ -38,8 +39,13 @@ place name       who  what
 
 from array import array
 
+import micropython
 from micropython import const
 
+_ODD = const(0)
+_DUE = const(12)
+_OUTPUTS = const(19)
+_LATE_US = const(13)
 _COUNT = const(30)
 _CAUSES = const(16)
 
@@ -49,3 +55,18 @@ def make():
     words = array("i", [0] * (_COUNT + _CAUSES))
     words[8] = 1
     return words
+
+
+@micropython.viper
+def begun(words: ptr32, lock: ptr32, dt_us: int) -> int:
+    """A tick has begun, dt_us after the last one; what there is besides a burst, a filter and an
+    estimate: 1 outputs, 2 the foreground is due, 4 the long way. lock: firmware.bus's words.
+    """
+    more = words[_OUTPUTS]
+    due = words[_DUE] - 1
+    words[_DUE] = due
+    if due <= 0:
+        more |= 2
+    if words[_ODD] or lock[0] or dt_us > words[_LATE_US]:
+        more |= 4
+    return more

@@ -11,13 +11,14 @@ BARS_US = {
     "fixed.kalman2.update": 32,
     "fixed.attitude.step": 61,
     "fixed.attitude.update": 71,
-    "read.angles": 12,
     "step.kalman2": 520,
     "step.attitude": 590,
-    "split.kalman2": 75,
+    "split.kalman2": 80,
     "split.attitude": 150,
     "app.blocking": 650,
-    "app.split": 230,
+    "app.split": 125,
+    "app.run": 165,
+    "read.angles": 12,
 }
 NAMES = {*BARS_US, "bus.read14", "float.kalman.update", "float.attitude.update",
          "app.blocking.unchecked", "app.split.unchecked"}  # fmt: skip
@@ -33,13 +34,13 @@ def test_every_row_is_there(result):
     assert "RP2040" in result["board"]
     assert result["mhz"] == 125
     bus = next(row for row in result["rows"] if row["name"] == "bus.read14")
-    assert 390 < bus["us"] < 460  # 17 bytes of 9 bits at 400 kHz are 383 us
+    assert 390 < bus["us"] < 480  # 17 bytes of 9 bits at 400 kHz are 383 us
 
 
 @pytest.mark.parametrize("name", BARS_US)
 def test_a_stage_keeps_its_bar_and_off_the_heap(result, name):
     row = next(row for row in result["rows"] if row["name"] == name)
-    assert 10 < row["us"] < BARS_US[name]
+    assert 5 < row["us"] < BARS_US[name]
     assert row["bytes"] == 0
     assert row["locked"]
 
@@ -56,9 +57,9 @@ def test_float_filters_do_use_the_heap_so_the_measure_works(result):
             assert not row["locked"]
 
 
-def test_the_health_checks_cost_at_most_five_percent_of_a_step(result):
+def test_judging_a_burst_costs_at_most_five_percent_of_a_step(result):
     us, share = bench.checks(result)["blocking"]
-    print(f"health checks: {us:.1f} us a step, {share:.1f} %")
+    print(f"judging: {us:.1f} us a step, {share:.1f} %")
     assert 5 < us < 0.05 * 480  # what step.kalman2, the shortest, may take
     assert share < 5
     assert bench.checks(result)["split"][0] < 24  # the same work; the share is that of less

@@ -51,7 +51,7 @@ def asked(pico):
 def roll_error_deg(pico):
     """How far the roll is off; the REPL's answer is from some instant of its milliseconds."""
     began = pico.nanos
-    told = int(pico.exec("print(app.filter.roll_mdeg)")) / 1000
+    told = int(pico.exec("print(app.angles_mdeg[0])")) / 1000
     step = (pico.nanos - began) // 10
     return min(_off(pico.bus.devices[0].truth((began + k * step) / 1e9), told) for k in range(11))
 
@@ -60,6 +60,15 @@ def _off(truth, roll_deg):
     w, x, y, z = truth
     true = math.degrees(math.atan2(2 * (y * z + w * x), w * w - x * x - y * y + z * z))
     return abs((roll_deg - true + 180) % 360 - 180)
+
+
+def recovered(stats, stale, fresh):
+    """Good samples come again. A soft tick that the question itself has made late has none."""
+    assert not stale
+    if stats["tick"] == "hard":
+        assert fresh and stats["age_ms"] <= 4  # a period
+    else:
+        assert stats["age_ms"] <= 12
 
 
 @pytest.mark.parametrize("name, parameters, for_s, counter, allowed_ms", FAULTS)
@@ -74,8 +83,8 @@ def test_is_counted_and_recovered_in_time(board, name, parameters, for_s, counte
         assert fault.done  # the clocks freed it, not the time
     board.bus.faults.clear()
     assert stats.get(counter, 0) > before.get(counter, 0)
-    assert fresh and not stale and stats["age_ms"] <= 4  # a period
     assert stats["errors"] == 0
+    recovered(stats, stale, fresh)
     assert error_deg < 4.0  # of several faults in a row, the start of the motion in it
 
 
@@ -85,15 +94,17 @@ def test_an_exception_in_the_users_own_function_is_counted_and_outlived(board):
     stats, stale, fresh = asked(board)
     board.exec("app.outputs.clear()")
     assert stats["output_errors"] >= 10 and stats["errors"] == 0
-    assert fresh and not stale
+    recovered(stats, stale, fresh)
 
 
 def test_the_loop_held_its_period_through_all_of_it(board):
     board.run_ms(20)
     stats = asked(board)[0]
     assert stats["running"]
-    # reports through the REPL and collections cost ticks, faults hardly any
-    assert stats["lost"] < 0.1 * stats["ticks"]
+    if stats["tick"] == "hard":
+        assert stats["lost"] == 0
+    else:  # reports through the REPL and collections cost ticks, faults hardly any
+        assert stats["lost"] < 0.1 * stats["ticks"]
 
 
 FILL = """
@@ -109,7 +120,7 @@ for size in (4096, 256, 16):
 full = gc.mem_free()
 time.sleep_ms(100)
 hog = None
-print((full, app.stats(), repr(app.loop.error)))
+print("::", (full, app.stats(), repr(app.tick.error)))
 """
 
 
@@ -118,13 +129,17 @@ def test_a_full_heap_stops_neither_the_loop_nor_the_way_out_of_a_fault(board):
     before = asked(board)[0]
     at_s = board.nanos / 1e9
     board.bus.faults[:] = [make("nack", at_s=at_s, for_s=1e9, seed=1)]
-    free, during, error = ast.literal_eval(board.exec(FILL, timeout_s=60))
+    told, _, last = board.exec(FILL, timeout_s=60).partition("::")
+    free, during, error = ast.literal_eval(last.strip())
     board.bus.faults.clear()
     board.run_ms(100)
-    _, stale, fresh = asked(board)
-    print("full heap:", free, "bytes free,", during["errors"], "steps raised", error)
+    after, stale, fresh = asked(board)
+    print("full heap:", free, "bytes free,", during["errors"], "errors in the foreground")
     assert free < 1000
     assert during["nack"] > before["nack"] + 10
     assert during["running"] and during["stale"]
-    assert during["errors"] - before["errors"] <= 3  # a step that found no byte is counted
-    assert fresh and not stale
+    if during["tick"] == "hard":
+        assert error == "None" and during["lost"] == before["lost"]
+    assert told.count("Traceback") <= 1  # the first error's
+    assert after["errors"] == during["errors"]  # none since there is memory again
+    recovered(after, stale, fresh)

@@ -137,7 +137,7 @@ def work():
         f.step(c)
         f.period_us = 4004
         f.prepare(None, 3996)
-        f.pending[-1] = 3
+        f.pending[-1] |= 1
         f.swap()
         f.relevel()
         f.yaw_mdeg

@@ -18,11 +18,11 @@ from tools.virtual.pico import VirtualPico
 from tools.virtual.rp2040 import flash
 
 
-def deploy(board, timeout_s=300):
+def deploy(board, timeout_s=600):
     """`python -m tools.deploy` on the board's serial line; what it printed."""
     with board.terminal() as port:
         process = subprocess.Popen(
-            [sys.executable, "-m", "tools.deploy", "--port", port.path],
+            [sys.executable, "-m", "tools.deploy", "--port", port.path, "--wait", "300"],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -48,7 +48,6 @@ def deployed(micropython):
     chip = MPU6050Chip(seed=2, gyro_bias_dps=(2.0, -1.0, 0.5))
     with VirtualPico(bus=Bus(chip), files=files, mpy=False, micropython=micropython) as board:
         printed = deploy(board)
-        board.run_ms(1200)  # it resets and starts main.py
         yield board, printed
 
 
@@ -61,6 +60,7 @@ def stats_of(board, source, timeout_s=30):
 def test_deploy_copies_what_is_missing_and_removes_what_is_gone(deployed):
     board, printed = deployed
     assert "RP2040" in printed and "100 %" in printed
+    assert "it runs: roll_deg:" in printed
     for name in ("main.py", "boot.py", "firmware/telemetry.mpy", "firmware/loop.mpy"):
         assert name in printed
     assert "firmware/tick/timing.mpy" not in printed  # it was there, and the same

@@ -15,6 +15,7 @@ class Reader:
     def __init__(self):
         self.written = []
         self.reads = True
+        self.taken = 0  # keys that were eaten
 
     def ready(self):
         return self.reads
@@ -25,6 +26,9 @@ class Reader:
 
     def key(self):
         return False
+
+    def take(self):
+        self.taken += 1
 
 
 ESTIMATE = (0, 0, -12345, 67, 179996)  # roll, pitch, yaw from the third word on
@@ -119,3 +123,4 @@ def test_watch_ends_after_its_time_or_with_a_key():
         console.key = lambda: port.now_ns > 2e9
         telemetry.watch()
         assert 2e9 <= port.now_ns < 2.1e9 and not telemetry.on
+        assert console.taken == 1  # the key that ended it is not the REPL's

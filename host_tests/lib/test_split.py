@@ -99,6 +99,24 @@ def test_a_burst_is_collected_once():
         assert not imu.collect()
 
 
+def test_a_burst_too_old_to_be_taken_makes_room_for_the_next():
+    """After a pause: what was begun before it is not of now, and must not cost another sample."""
+    with rig("rp2", motion=FEEL) as r:
+        imu = r.sensor()
+        r.wait_ms(100)
+        imu.expire(2000)
+        imu.start()
+        r.wait_ms(5)
+        imu.start()
+        assert imu.poll() == 0  # the new one, which is under way
+        r.wait_ms(1)
+        assert imu.poll() == 1
+        imu.start()
+        r.wait_ms(5)
+        assert imu.poll() == 0
+        assert imu.poll() == 0
+
+
 def test_the_burst_is_one_instant():
     with rig("rp2", motion=FEEL) as r:
         imu = r.sensor()

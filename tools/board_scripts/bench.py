@@ -8,6 +8,10 @@ import time
 from array import array
 
 import micropython
+from micropython import const
+
+_DUE = const(12)  # ticks until the foreground is wanted, a place of firmware.tick.words
+_PAST_START = const(720)  # samples in which each block levels: 2.8 s at 250 Hz
 
 _laps = array("i", [0] * 50)
 _empty_us = 0.0
@@ -29,24 +33,32 @@ def imported(name, load):
     return value
 
 
-def laps(call, argument, before, n):
-    """Time n calls of call(argument), after before() each; mean heap bytes of one."""
+def laps(call, argument, before, n, second=None):
+    """Time n calls of call(argument), or call(argument, second), after before() each; mean heap
+    bytes of one."""
     used = gc.mem_alloc()
     for i in range(n):
         before()
-        start = time.ticks_us()
-        call(argument)
+        if second is None:
+            start = time.ticks_us()
+            call(argument)
+        else:
+            start = time.ticks_us()
+            call(argument, second)
         _laps[i] = time.ticks_diff(time.ticks_us(), start)
     return (gc.mem_alloc() - used) / n
 
 
-def locked(call, argument, before):
+def locked(call, argument, before, second):
     """Whether five calls do without the heap."""
     micropython.heap_lock()
     try:
         for _ in range(5):
             before()
-            call(argument)
+            if second is None:
+                call(argument)
+            else:
+                call(argument, second)
         return 1
     except MemoryError:
         return 0
@@ -54,15 +66,15 @@ def locked(call, argument, before):
         micropython.heap_unlock()
 
 
-def row(name, call, argument=None, before=gc.isenabled, n=25):  # five blocks of Attitude
+def row(name, call, argument=None, before=gc.isenabled, n=25, second=None):  # 5 blocks
     gc.collect()
     gc.disable()
-    size = laps(call, argument, before, n)
+    size = laps(call, argument, before, n, second)
     gc.enable()
     gc.collect()
     spent = _laps[:n]
     mean = sum(spent) / n - _empty_us
-    print("row", name, mean, max(spent) - _empty_us, size, locked(call, argument, before))
+    print("row", name, mean, max(spent) - _empty_us, size, locked(call, argument, before, second))
 
 
 def settle_bus():
@@ -102,15 +114,6 @@ def one_split(imu, filt):
         angles[1]
 
     return step
-
-
-def three_angles(filt):
-    def read(_, angles=filt.angles_mdeg):
-        angles[0]
-        angles[1]
-        angles[2]
-
-    return read
 
 
 def load_driver():
@@ -179,13 +182,12 @@ def main():
     attitude = attitude()
     attitude.calibrate(Skewed)
     counts = array("h", (-300, 210, 4090, -3000, 250, -130, 75))
-    for _ in range(720):  # past the start, where each block levels: 2.8 s at 250 Hz
+    for _ in range(_PAST_START):
         attitude.step(counts)
     row("fixed.kalman2.step", kalman2.step, counts)
     row("fixed.kalman2.update", kalman2.update, counts)
     row("fixed.attitude.step", attitude.step, counts)
     row("fixed.attitude.update", attitude.update, counts)
-    row("read.angles", three_angles(attitude))
     kalman = kalman()
     row("float.kalman.update", lambda _: kalman.update(4.2, 3.5, 0.004))
     float_attitude = float_attitude(250)
@@ -199,41 +201,57 @@ def main():
     row("split.attitude", one_split(imu, attitude), None, settle_bus)
 
 
-def unchecked(take):
-    """A fetch() that trusts every burst: what the app's own would be without its checks."""
-
-    @micropython.native
-    def fetch(_, take=take):
-        take()
-        return True
-
-    return fetch
-
-
 def started(app, **knobs):
     app.config.set("rest_s", 0)
     for name in knobs:
         app.config.set(name, knobs[name])
-    app.imu = None
     app.start()
 
 
+@micropython.native
+def trusting(_counts, _memory):
+    """A judge that finds every burst good."""
+    return 0
+
+
+def without(_):
+    """A foreground that does nothing."""
+
+
 def app_steps(app):
-    """A tick's work in the app, with and without the health checks."""
+    """A tick's work in the app, with and without a judge of its bursts."""
+    from firmware.tick import judge
+
     for burst in ("blocking", "split"):
         started(app, burst=burst)
         app.loop.stop()
-        sensing, step, before = app.sensing, app.loop.step, next_sample
+        tick, before = app.tick, next_sample
+        for _ in range(_PAST_START):
+            app.filter.step(app.imu.counts)
+        tick.after = without
+        tick.words[_DUE] = 1 << 20
+        tick.timing.start(2000, True, time.ticks_us())  # stopped, begin() would do nothing
         if burst == "split":
 
-            def before(begin=sensing.begin):
-                begin()
+            def before(begin=tick.begin):
+                begin(None)
                 next_sample()
 
-        # n: one look at a register is in it, as there are five in a second
-        row("app." + burst, step, 4000, before, 50)
-        sensing.fetch = unchecked(app.imu.collect if burst == "split" else app.imu.read)
-        row("app." + burst + ".unchecked", step, 4000, before, 50)
+        row("app." + burst, tick.step, 2000, before, 50, 1000)
+        if burst == "split":
+            row("app.run", tick.run, None, before, 50)
+        checked, judge.judge = judge.judge, trusting
+        tick.wire(app.imu, app.bus.words, app.period_us, False, 450 if burst == "split" else 0)
+        row("app." + burst + ".unchecked", tick.step, 2000, before, 50, 1000)
+        judge.judge = checked
+        tick.after = app.foreground.after
+        app.loop.stop()
+
+
+def three(_, angles):
+    angles[0]
+    angles[1]
+    angles[2]
 
 
 def turns(ms):
@@ -261,6 +279,7 @@ def main_app():
 
     app = App()
     app_steps(app)
+    row("read.angles", three, None, second=app.angles_mdeg)
     processor_left(app)
 
 

@@ -2,9 +2,9 @@
 """The board's half of tools.deploy, sent to it as text: what is there, and the exchange.
 
 New files wait in /plumb.new under names made of their path and content, each whole. The exchange
-is short: packages that change go aside as folders, by one rename each, get their new files, and
-come back, firmware last. So a board that is cut off has the old program, or the new one, or one
-that cannot be imported; never a mixture. All paths are absolute.
+is short: packages that change go aside as folders, by one rename each, firmware first, get their
+new files, and come back, firmware last. So a board that is cut off has the old program, or the
+new one, or one that cannot be imported; never a mixture. All paths are absolute.
 """
 
 import binascii
@@ -152,7 +152,7 @@ def prune(path):
 
 
 def exchange(packages, new, gone, last):
-    """Packages (firmware last) get new (path, name)s and lose gone; the files of last follow.
+    """Packages (firmware last) get new (path, name)s and lose gone; the starters of last follow.
 
     A name of None in last removes the file. Without packages there is one file in last, and
     nothing that could be mixed up.
@@ -160,7 +160,7 @@ def exchange(packages, new, gone, last):
     if packages:
         with open(SIGN, "w") as f:
             f.write(_WORDS)
-    for package in packages:
+    for package in reversed(packages):
         if kind(package):
             away(ASIDE + package)
             folders(ASIDE + package)

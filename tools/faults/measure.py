@@ -5,6 +5,7 @@ import contextlib
 import io
 import multiprocessing
 import os
+import sys
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from tqdm import tqdm
@@ -32,7 +33,7 @@ def measure(names, runs, jobs=None, quiet=False, sensor="mpu6050"):
     work = [(name, board, runs, sensor) for name in names for board in BOARDS]
     results = {name: {} for name in names}
     context = multiprocessing.get_context("spawn")
-    bar = tqdm(total=len(work) * runs, unit="fault", disable=quiet)
+    bar = tqdm(total=len(work) * runs, unit="fault", disable=quiet or not sys.stderr.isatty())
     with ProcessPoolExecutor(jobs or os.cpu_count(), context) as pool, bar:
         futures = {pool.submit(run, *task): task for task in work}
         for future in as_completed(futures):

@@ -122,13 +122,13 @@ class Rig:
     def watch(self):
         """Look at each tick of the app, from now on."""
         app, outputs = self.app, self.app.outputs
-        hand_over = outputs._hand_over
+        hand_over = outputs.hand_over
 
         def again():
             hand_over()
             self._wrap(app.tick)
 
-        outputs._hand_over = again
+        outputs.hand_over = again
         self._wrap(app.tick)
 
     def _wrap(self, tick):
@@ -175,6 +175,8 @@ class Rig:
             began = self.now_s
             before = getattr(actions, kind.faults[0])(self, for_s) or before
             ended = self.now_s
+            if kind.faults[0] == "wrap":
+                began = ended  # the app was started anew before it, and its yaw with it
         else:
             began = self.now_s + self.random.uniform(*self.SPREAD_S)
             addresses = [chip.address for chip in self.chips]
@@ -190,7 +192,8 @@ class Rig:
     def _judge(self, began, ended, first, before):
         rows = self.rows[max(0, first - 125) :]
         time_s = np.array([row[0] for row in rows])
-        error, yaw = self.errors(rows), self.yaw_errors(rows)
+        error = self.errors(rows)
+        yaw = self.yaw_errors(rows, int(np.sum(time_s < began)) - 1)
         claimed = np.array([row[2] for row in rows])
         inside = time_s >= began
         during = inside & (time_s <= ended + 0.002)
@@ -239,13 +242,13 @@ class Rig:
         return np.degrees(np.arctan2(cross, np.sum(told * truth, axis=1)))
 
 
-    def yaw_errors(self, rows):
-        """Size of the yaw's error less that of the first row, degrees, of each row."""
+    def yaw_errors(self, rows, first):
+        """Size of the yaw's error less that of row `first`, degrees, of each row."""
         q = np.array([self.chip.truth(row[0]) for row in rows]).T
         w, x, y, z = q
         true = np.degrees(np.arctan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z))
         off = np.array([row[6] for row in rows]) / 1000 - true
-        return np.abs((off - off[0] + 180) % 360 - 180)
+        return np.abs((off - off[max(0, first)] + 180) % 360 - 180)
 
 
 class MinimuRig(Rig):

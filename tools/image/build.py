@@ -17,6 +17,9 @@ from tools.virtual.images.workshop import one_builder
 
 # What the radio needs, as Git submodules; no Debian package has them all.
 RADIO = ("cyw43-driver", "lwip", "btstack")
+# Objects that a collection remembers while it follows others. MicroPython's 64 are too few for an
+# app of forty modules: each time they run out the whole heap is gone through once more.
+DEFINITIONS = {"rp2040": ("MICROPY_ALLOC_GC_STACK_SIZE=512",)}
 # A Pico W's own flash layout and name: its files outlive a change of image.
 _NO_RADIO = {
     "mpconfigboard.cmake": 'set(PICO_BOARD "pico")\nset(PICO_PLATFORM "rp2040")\n',
@@ -76,12 +79,15 @@ def build(board, sources, ours=True, fresh=False):
         if same and not fresh and not sources.path:
             return kept
         noted.unlink(missing_ok=True)
-        tree = sources.tree
+        board_dir = _board_dir(cache_dir() / "boards", board, sources)
         with tempfile.TemporaryDirectory(dir=cache_dir()) as scratch:
-            scratch = Path(scratch)
-            board_dir = _board_dir(scratch, board, sources)
-            manifest = frozen.write_manifest(scratch / "frozen", tree, "rp2", board_dir, ours)
-            recipes.build_rp2(name, manifest, board, board_dir, tree=tree, epoch=sources.epoch)
+            manifest = frozen.write_manifest(scratch, sources.tree, "rp2", board_dir, ours)
+            what = {"tree": sources.tree, "epoch": sources.epoch}
+            if not sources.path:
+                what = {"version": sources.name}
+            if ours:
+                what["definitions"] = DEFINITIONS.get(recipes.platform(board_dir), ())
+            recipes.build_rp2(name, manifest, board, board_dir, **what)
         noted.write_text(inputs)
     return kept
 
@@ -98,8 +104,8 @@ def _inputs(board, sources, ours):
     return digest.hexdigest()
 
 
-def _board_dir(scratch, board, sources):
-    """The board's definition; without the radio where the sources lack what that needs."""
+def _board_dir(folder, board, sources):
+    """The board's definition; without the radio, made in `folder`, where the sources lack that."""
     there = sources.tree / "ports" / "rp2" / "boards" / board
     if not (there / "mpconfigboard.cmake").exists():
         names = ", ".join(sorted(p.parent.name for p in there.parent.glob("*/mpconfigboard.h")))
@@ -108,8 +114,8 @@ def _board_dir(scratch, board, sources):
         return there
     if board != "RPI_PICO_W":
         raise FirmwareError(f"{board} needs lib/{', lib/'.join(RADIO)}: give a --source with them")
-    made = scratch / board
-    made.mkdir()
+    made = folder / f"{sources.name}-{board}"
+    made.mkdir(parents=True, exist_ok=True)
     for name, text in _NO_RADIO.items():
         (made / name).write_text(text)
     pins = (there / "pins.csv").read_text().splitlines()

@@ -23,7 +23,7 @@ def packages(roots):
     """Names of the packages of lib/ that these files import, and those that these import."""
     found, waiting = set(), list(roots)
     while waiting:
-        names = _imported(waiting.pop())
+        names = imported(waiting.pop())
         new = {name for name in names - found if (LIB / name / "__init__.py").exists()}
         found |= new
         for name in new:
@@ -31,7 +31,7 @@ def packages(roots):
     return found
 
 
-def _imported(path):
+def imported(path):
     """First parts of the names of all modules that a file imports, anywhere in it."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text(), str(path))):

@@ -8,7 +8,7 @@ leaves behind is compared bit for bit with the checked viper's on the same input
     compilers   mpy-cross by version             mpy         what is in a .mpy file
     functions   viper and native code by name    virtual     all that comes from tools.virtual
     recorder    calls with all they reach        snapshot, tape   what such a call reaches
-    scenarios, at_random   programs that make those calls
+    scenarios, workouts, at_random   programs that make those calls
     snippets    functions made to show faults    processors  registers and conventions
     pcode       p-code to Python, block by block    memory   pages and what is in them
     machine     the run of a function            runtime, objects   mp_fun_table

@@ -19,7 +19,7 @@ from .snapshot import Copier, Opaque, picture
 from .virtual import address_space
 
 _ALL = 40  # the first calls of a function that are kept, each one
-_MOST = 250  # kept at a time; later ones take the place of earlier ones by chance
+_MOST = 120  # kept at a time; later ones take the place of earlier ones by chance
 _PURE = {"array", "math", "struct"}  # modules without a world of their own
 # (module, function) of the board whose results can be played back
 _OUTSIDE = (("time", "ticks_us"), ("time", "ticks_ms"), ("micropython", "schedule"))

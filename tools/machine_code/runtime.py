@@ -9,7 +9,7 @@ import builtins
 import types
 
 from .faults import Impure, MachineFault
-from .objects import BINARY, NO_OBJECT, UNARY, Objects, signed
+from .objects import NO_OBJECT, Objects, signed
 from .snapshot import is_open
 from .tape import Outside
 
@@ -63,9 +63,8 @@ class Runtime(Objects):
         return address, 1
 
     def nlr_push(self, buffer):
-        registers, after = self._here
-        self._handlers.append([buffer, dict(registers), after])
-        return 0
+        self._handlers.append([buffer])
+        return self.setjmp(buffer)
 
     def setjmp(self, _buffer):
         registers, after = self._here
@@ -76,9 +75,8 @@ class Runtime(Objects):
         self._handlers.pop()
 
     def raise_(self, word):
-        if word == NO_OBJECT or self.decode(word) is None:
-            return
-        raise self.decode(word)
+        if word != NO_OBJECT and self.decode(word) is not None:
+            raise self.decode(word)
 
     # conversions
 
@@ -103,10 +101,10 @@ class Runtime(Objects):
             return value
         if kind == _BOOL:
             return self.encode(value != 0)
+        if kind > _UINT:  # for another function's pointer: here an address would mean nothing
+            buffer = self.memory.buffer(value)
+            return self.encode(value if buffer is None else buffer)
         return self.encode(signed(value) if kind == _INT else value)
-
-    def is_true(self, word):
-        return int(bool(self.decode(word)))
 
     # names, attributes, elements
 
@@ -141,24 +139,10 @@ class Runtime(Objects):
         base[index] = self.decode(word)
         return self.encode(None)
 
-    # operators
-
-    def unary(self, number, word):
-        return self.encode(UNARY[number](self.decode(word)))
-
-    def binary(self, number, left, right):
-        return self.encode(BINARY[number](self.decode(left), self.decode(right)))
-
-    def floor_divide(self, a, b):
-        return signed(a) // signed(b)
-
-    def modulo(self, a, b):
-        return signed(a) % signed(b)
+    # functions, tuples
 
     def new_tuple(self, n, at):
         return self.encode(tuple(self._items(n, at)))
-
-    # functions
 
     def call(self, function, counts, at):
         return self._call(self.decode(function), counts & 0xFF, counts >> 8 & 0xFF, at)
@@ -202,8 +186,8 @@ class Runtime(Objects):
         iterator = self.encode(iter(self.decode(word)))
         if buffer == 0:
             return iterator
-        self.memory.store(buffer, 4, NO_OBJECT)  # the buffer has no iterator itself ...
-        self.memory.store(buffer + 4, 4, iterator)  # ... but knows one
+        self.memory.store(buffer, 4, NO_OBJECT)  # it has no iterator itself, but knows one
+        self.memory.store(buffer + 4, 4, iterator)
         return NO_OBJECT
 
     def iternext(self, buffer):

@@ -147,14 +147,15 @@ class Copier:
 def picture(value, folders):
     """{place: content} of a value: the same for two that nothing could tell apart.
 
-    Places are texts like "[0]._s[3]"; each object is told once, where it is met first.
+    Places are texts like "[0]._s"; each object is told once, where it is met first, a buffer with
+    all its numbers.
     """
     found, known = {}, {}
 
     def tell(value, place):
         hidden = type(value) is Opaque
         if not hidden and isinstance(value, (bool, int, float, str, bytes, type(None))):
-            found[place] = (type(value).__name__, value)
+            found[place] = [type(value).__name__, value]
         elif id(value) in known:
             found[place] = known[id(value)]
         else:
@@ -166,8 +167,7 @@ def picture(value, folders):
 
     def inside(value, place):
         if isinstance(value, (array, bytearray, memoryview)):
-            for i, item in enumerate(value):
-                found["%s[%d]" % (place, i)] = item
+            found[place] = tuple(value)
         elif isinstance(value, (list, tuple)):
             for i, item in enumerate(value):
                 tell(item, "%s[%d]" % (place, i))

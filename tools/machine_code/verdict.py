@@ -137,13 +137,23 @@ def _differences(call, outcome, after, hardware):
     found = []
     if outcome != call.outcome:
         found.append("%s; right: %s" % (_short(outcome), _short(call.outcome)))
-    for place in [*call.after, *[p for p in after if p not in call.after]]:
-        if after.get(place) != call.after.get(place):
-            found.append("argument %s is %s, expected %s" % (
-                place, after.get(place), call.after.get(place)))  # fmt: skip
+    places = dict.fromkeys([*call.after, *after]) if after != call.after else ()
+    for place in places:
+        ours, right = after.get(place), call.after.get(place)
+        if ours != right:
+            found.append("argument %s is %s, expected %s" % _apart(place, ours, right))
     if hardware.at < len(call.hardware):
         found.append("%d accesses outside, expected %d" % (hardware.at, len(call.hardware)))
     return found
+
+
+def _apart(place, ours, right):
+    """Place and contents; of two buffers the first element that differs."""
+    if isinstance(ours, tuple) and isinstance(right, tuple) and len(ours) == len(right):
+        for i, pair in enumerate(zip(ours, right)):
+            if pair[0] != pair[1]:
+                return ("%s[%d]" % (place, i), *pair)
+    return place, ours, right
 
 
 def _short(outcome):
@@ -151,7 +161,7 @@ def _short(outcome):
     if outcome[0] == "raises":
         return "raises %s(%s)" % outcome[1:]
     whole = outcome[1].get("")
-    return "returns %s" % (whole[-1] if isinstance(whole, tuple) else outcome[1],)
+    return "returns %s" % (whole[-1] if isinstance(whole, list) else outcome[1],)
 
 
 def job(recorder, arch, version, only=None):

@@ -41,19 +41,24 @@ def _not_ahead(began, emulated_s):
 
 
 def source(name):
-    """A motion source by its name: still, swing, free, or the path of a recording."""
+    """A motion source by its name: still, swing, free, shaken (by a motor of 3000 turns a minute
+    while it moves freely), or the path of a recording."""
     if name == "still":
         return motion.Still()
-    moving = {"swing": motion.Sinusoid, "free": motion.FreeMotion}
+    moving = {"swing": motion.Sinusoid, "free": motion.FreeMotion, "shaken": _shaken}
     moves = moving[name]() if name in moving else motion.Replay(name)
     return motion.Sequence((motion.Still(), REST_S), (moves, 0.0))
+
+
+def _shaken():
+    return motion.Vibration(3000, over=motion.FreeMotion())
 
 
 def _parse():
     parser = argparse.ArgumentParser(prog="python -m tools.virtual.pico", description=__doc__)
     parser.add_argument(
         "--motion", default="swing", metavar="NAME",
-        help="still, swing, free, or a recording (.csv, .npz); default: %(default)s",
+        help="still, swing, free, shaken, or a recording (.csv, .npz); default: %(default)s",
     )  # fmt: skip
     parser.add_argument("--faults", metavar="FILE", help="a scenario of faults (JSON)")
     parser.add_argument("--bare", action="store_true", help="nothing on the board's flash")

@@ -30,7 +30,9 @@ _LEFT = const(52)  # the place in the gain table: samples left in this row
 _ROW = const(53)
 _TABLE = const(58)
 _SIZE = const(178)  # 33 knots at most are 2 + 3 * 33 numbers; some to spare
-_FRESH = const(159)  # in `pending`: after the coefficients the place, the table, and this
+# in `pending` after the coefficients, the place and the table: 1 all coefficients are new, and
+# times 2 how many numbers of place and table are
+_FRESH = const(159)
 _UNIT_PER_DEG = 2048000.0
 
 
@@ -87,7 +89,7 @@ class KalmanTilt2(Fixed):
         place[1] += _TABLE
         for i, value in enumerate(place + rows):
             new[_STATE + i] = value
-        new[_FRESH] = 3
+        new[_FRESH] = len(place + rows) << 1 | 1
 
     step = step
     keep = keep
@@ -103,14 +105,14 @@ class KalmanTilt2(Fixed):
 
     @micropython.viper
     def swap(self):
-        """Take over the prepared coefficients; angle, bias and all other state stay. 10 to 40 us,
+        """Take over the prepared coefficients; angle, bias and all other state stay. 10 to 45 us,
         no allocation: fit for an interrupt.
 
         The place in the gain table is no state: it is that for the time the filter has run.
         """
-        n = _STATE
         s = ptr32(self._s)
         new = ptr32(self.pending)
+        n = _STATE
         s[_STEP] = new[_STEP]
         fresh = new[_FRESH]
         if fresh:
@@ -118,11 +120,10 @@ class KalmanTilt2(Fixed):
             while n:
                 n -= 1
                 s[n] = new[n]
-        if fresh > 1:
-            n = _FRESH - _STATE
-            while n:
-                n -= 1
-                s[_LEFT + n] = new[_STATE + n]
+        n = fresh >> 1
+        while n:
+            n -= 1
+            s[_LEFT + n] = new[_STATE + n]
 
     def reset(self):
         """Start anew on the next sample, with bias 0."""

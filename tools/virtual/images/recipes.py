@@ -7,6 +7,7 @@ mpy-tool asks for halfwords, but viper code for the RP2040 loads its larger cons
 the word that it stands in, so that half of all functions would load others.
 """
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -35,14 +36,15 @@ ALIGN_CMAKE = """set_source_files_properties(
 
 
 def build_rp2(
-    name, manifest=None, board="RPI_PICO", board_dir=None, version=DEFAULT, tree=None, epoch=None
-):
+    name, manifest=None, board="RPI_PICO", board_dir=None, version=DEFAULT, tree=None, epoch=None,
+    definitions=(),
+):  # fmt: skip
     """The RP2 port for `board`, as UF2 `name` in the cache.
 
     `manifest` and `board_dir` are paths; by default the board's own, less the drivers that need
     micropython-lib. `tree` is a checkout to build in place of the release `version`, `epoch` its
-    day as seconds since 1970 in a text. Takes half a minute on two cores; a second image of a
-    board, which differs in what is frozen, some seconds.
+    day as seconds since 1970 in a text. `definitions` ("NAME=1") are C's. Takes half a minute on
+    two cores; a second image of a board, which differs in what is frozen, some seconds.
     """
     ensure_tools("rp2")
     source = f"tree-{crc32(str(tree).encode()):x}" if tree else version
@@ -52,6 +54,8 @@ def build_rp2(
     build = cache_dir() / f"build-{source}-{board}"
     if board_dir is not None:
         build = build.with_name(f"{build.name}-{crc32(str(Path(board_dir).resolve()).encode()):x}")
+    if definitions:
+        build = build.with_name(f"{build.name}-{crc32(repr(definitions).encode()):x}")
     build.mkdir(exist_ok=True)
     if manifest is None:
         manifest = build / "plumb_manifest.py"
@@ -61,17 +65,19 @@ def build_rp2(
         "MICROPY_BOARD": board,
         "MICROPY_BOARD_DIR": board_dir,
         "MICROPY_FROZEN_MANIFEST": Path(manifest).resolve(),
-        "USER_C_MODULES": _aligning(build),
+        "USER_C_MODULES": _aligning(build, definitions),
         "PICO_NO_PICOTOOL": 1,
         "PICO_BUILD_DOCS": 0,
     }
     defines = [f"-D{key}={value}" for key, value in settings.items()]
     variables = _variables(epoch)
+    shutil.rmtree(build / "frozen_mpy", ignore_errors=True)  # kept by their age, not by content
+    (build / "frozen_content.c").unlink(missing_ok=True)
     run("configuring the RP2 port", "cmake", "-S", port, "-B", build, *defines, **variables)
     run(f"building {name}", *("make", "-C", build, "-j", JOBS), **variables)
     check_alignment(build / "firmware.elf")
     uf2 = build / "plumb.uf2"
-    family = UF2_FAMILIES[_platform(board_dir)]
+    family = UF2_FAMILIES[platform(board_dir)]
     run(
         "making the UF2",
         *(sys.executable, tree / "tools" / "uf2conv.py", "-f", family, "-b", FLASH_START),
@@ -123,11 +129,12 @@ def _make_port(port, product, name, manifest, options):
         return publish(build / product, name)
 
 
-def _aligning(scratch):
-    """A file for CMake that lays the frozen functions on whole words."""
+def _aligning(scratch, definitions):
+    """A file for CMake that lays the frozen functions on whole words, and defines something."""
     header, path = scratch / "align.h", scratch / "align.cmake"
     header.write_text(ALIGN_H)
-    path.write_text(ALIGN_CMAKE % header)
+    also = f"target_compile_definitions(usermod INTERFACE {' '.join(definitions)})\n"
+    path.write_text(ALIGN_CMAKE % header + (also if definitions else ""))
     return path
 
 
@@ -141,7 +148,7 @@ def check_alignment(elf):
         raise FirmwareError(f"{len(wrong)} of {len(code)} frozen functions not on a word: {wrong}")
 
 
-def _platform(board_dir):
+def platform(board_dir):
     """The RP2 processor of a board, by what its settings name."""
     text = (board_dir / "mpconfigboard.cmake").read_text()
     return "rp2350" if "rp2350" in text or "pico2" in text else "rp2040"

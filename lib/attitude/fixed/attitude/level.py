@@ -135,9 +135,10 @@ def without_yaw(array):
 @micropython.viper
 def begin(array):
     """Forget everything; the next sample levels, with yaw 0."""
-    i = _STATE
     s = ptr32(array)
-    while i < _STATE_END:
+    end = _STATE_END
+    i = _STATE
+    while i < end:
         s[i] = 0
         i += 1
     s[_W] = s[_ONE]
@@ -149,8 +150,9 @@ def begin(array):
 @micropython.viper
 def begin_again(array):
     """The next samples level anew; attitude, bias and what is known of the bias stay till then."""
-    i = _TRIM
     s = ptr32(array)
+    end = _STATE_END
+    i = _TRIM
     while i < _BIAS:
         s[i] = 0
         i += 1
@@ -172,7 +174,7 @@ def begin_again(array):
         i += 1
     s[_SPEED] = 0
     i = _GAIN
-    while i < _STATE_END:
+    while i < end:
         s[i] = 0
         i += 1
     s[_K_SHIFT] = 9

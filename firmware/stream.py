@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: MIT
+"""Samples as frames of 32 bytes beside the REPL, on the one line that a board has.
+
+    app.stream.start()                  # counts and angles; a program on the PC says this
+    app.stream.start(("roll", "rate_x", "late_us"), every=2)
+    app.stream.trigger("gyro_z", 2000)  # a slow link: what is around one event, at full rate
+    app.stream.keep(3)                  # ends by itself 3 s after the last of these
+
+A frame is 0xFF and 31 bytes without any 0xFF: COBS, inverted, of 28 bytes and their CRC-16. UTF-8
+and the raw REPL never send 0xFF, so whatever follows one is a frame and the rest is text. Samples
+are put by in the tick (firmware.tick.tap: its layout); header and counts are made here. Always
+two frames are written at once, which divides the 256 bytes of the USB buffer: the look before
+each write is enough never to wait for a reader that has gone.
+"""
+
+import gc
+import time
+
+import micropython
+from micropython import const
+
+from firmware import channels
+from firmware.tick import tap
+
+# places: firmware.tick.tap, firmware.tick.timing, firmware.tick.words
+_HEAD = const(0)
+_TAIL = const(1)
+_SIZE = const(2)
+_LOST = const(3)
+_EVERY = const(4)
+_LEFT = const(5)
+_SEQ = const(6)
+_CHANNELS = const(7)
+_LENGTH = const(8)
+_MODE = const(9)
+_WATCH = const(10)
+_LEVEL = const(11)
+_RISING = const(12)
+_BEFORE = const(13)
+_AFTER = const(14)
+_LAST = const(16)
+_AT = const(17)
+_PART = const(19)
+_KIND = const(21)
+_BATCH = const(22)
+_ASKED = const(24)
+_RECORDS = const(26)
+_TICKS_LOST = const(6)
+_CAUSE = const(1)
+
+HEADER = const(1)  # kinds of frames beside the samples
+COUNTS = const(2)
+_FILL = const(32)  # place in a pair, after its 64 bytes: how many frames are in it
+_PAIRS = const(4)  # written in a row: 256 bytes
+_CALL_MS = const(40)  # at most between two calls of run()
+_STATUS_MS = const(500)
+_LEAST = const(16)  # records in a ring
+
+
+@micropython.viper
+def fill(x: int, crc: int, i: int, ring, pair) -> int:
+    """Frames of the records in the ring until the pair is full; 1 when it is. x, crc, i: 0.
+
+    A function's first three names live in registers, so these are arguments; and a call costs a
+    third of a frame, so frames are made here. The CRC takes a word's high byte first: 16 bits at
+    once, a multiplication by x^16.
+    """
+    control = ptr32(ring)
+    words = ptr16(ring)
+    out = ptr16(pair)
+    line = ptr8(pair)
+    while out[_FILL] < 2:
+        tail = control[_TAIL]
+        mode = control[_MODE]
+        if tail == control[_HEAD] or mode == 1 or mode == 2:
+            return 0
+        part = control[_PART]
+        at = (tail & (control[_SIZE] - 1)) * control[_LENGTH] + part + 4 * _RECORDS >> 1
+        end = at + 14
+        i = int(out[_FILL]) << 4
+        mark = (i << 1) + 1
+        crc = 0xFFFF
+        while True:
+            i += 1
+            if at == end:
+                x = crc
+            else:
+                x = int(words[at + 0])
+            out[i + 0] = x ^ 0xFFFF
+            if x & 255 == 0:  # a byte that is zero becomes the way to the next such one
+                line[mark + 0] = 255 + mark - (i << 1)
+                mark = i << 1
+            if x < 256:
+                line[mark + 0] = 254 + mark - (i << 1)
+                mark = (i << 1) + 1
+            if at == end:
+                break
+            at += 1
+            x ^= crc
+            x ^= x >> 4 ^ x >> 8 ^ x >> 11 ^ x >> 12
+            crc = (x ^ x << 5 ^ x << 12) & 0xFFFF
+        i = (i << 1) + 2
+        line[mark + 0] = 255 + mark - i
+        line[i - 32] = 0xFF
+        out[_FILL] += 1
+        part += 28
+        if part == control[_LENGTH]:
+            part = 0
+            control[_TAIL] = (tail + 1) & 0x3FFFFFFF
+        control[_PART] = part
+    return 1
+
+
+class Stream:
+    """The stream of one App.
+
+    on: whether it runs; written: pairs of frames so far; waits: how often nobody took one; error:
+    what ended it, or None.
+    """
+
+    def __init__(self, app):
+        self._app = app
+        self._pair = bytearray(66)
+        self._line = memoryview(self._pair)[:64]
+        self._own = tap.ring(1, 28)  # of a header's or the counts' frame
+        self._header = b""
+        self._number = self._next = self._chunks = 0
+        self._ring = None
+        self._until = self._told = self._starts = 0
+        self._row = {}
+        self._offered = {}
+        self.on = False
+        self._call = self._run  # a bound method is a heap block: made once
+        self.error = None
+        self.written = self.waits = 0
+
+    def offer(self, name, unit, scale, read):
+        """A channel of a controller's: read() gives a small integer that times `scale` is the
+        value in `unit`; fit for the tick (firmware.outputs)."""
+        self._offered[name] = channels.Channel(name, unit, scale, None, 0, 0, read)
+
+    def names(self):
+        """Of all channels."""
+        return channels.NAMES + tuple(self._offered)
+
+    def start(self, names=(), every=1, keep_s=3, seconds=0.25):
+        """Send each `every`-th tick's burst and angles, and the channels `names`, until keep() is
+        not called for keep_s.
+
+        seconds: of samples that the board holds while nobody reads, or as much of it as there is
+        memory for. ValueError names what is not known.
+        """
+        rate_hz = 1000000 / self._app.loop.period_us / every
+        self._begin(names, every, max(16, int(rate_hz * seconds)))
+        self._row = {}
+        self._go(keep_s)
+
+    def trigger(self, name, level, rising=True, before=100, after=400, names=(), keep_s=3):
+        """Send only what is around an event: `before` and `after` samples of each tick, when the
+        channel `name` crosses `level` (in its unit); then wait for the next.
+        """
+        if name not in channels.ALWAYS and name not in names:
+            names = tuple(names) + (name,)
+        self._begin(names, 1, before + after + 1)
+        watch = [channel.name for channel in self._chosen].index(name)
+        level = round(level / self._chosen[watch].scale)
+        place = 4 + watch if watch < 10 else 14 * (1 + (watch - 10) // 12) + 2 + (watch - 10) % 12
+        ring = self._ring
+        ring[_WATCH], ring[_LEVEL], ring[_RISING] = place, level, int(rising)
+        ring[_BEFORE], ring[_AFTER], ring[_LAST], ring[_MODE] = before, after, level, 1
+        self._row = {"trigger": name, "before": before, "after": after}
+        self._go(keep_s)
+
+    def _begin(self, names, every, samples):
+        self.stop()
+        app = self._app
+        beside = []
+        for name in names:
+            if name not in channels.ALWAYS:
+                beside.append(self._offered.get(name) or channels.find(name, app))
+        if len(beside) > 36:
+            raise ValueError("more than 36 channels beside %s" % (channels.ALWAYS,))
+        reads = tuple([channel.read for channel in beside if channel.read])
+        self._starts += 1
+        parts = 1 + (len(beside) + 11) // 12
+        self._ring = ring = _ring(samples, 28 * parts)
+        kind = 16 + 4 * (self._starts & 3)
+        ring[_EVERY], ring[_LEFT], ring[_CHANNELS], ring[_KIND] = every, every, len(beside), kind
+        self._chosen = [channels.find(name, app) for name in channels.ALWAYS] + beside
+        more, program = channels.more(reads), channels.program(beside)
+        tick = app.tick
+        self._tap = lambda drive: tap.over(
+            drive, self._call, ring, tick.est, tick.memory, tick.timing.words, program, reads, more
+        )  # fmt: skip
+        self._every = every
+
+    def _go(self, keep_s):
+        self.keep(keep_s)
+        self._told = time.ticks_ms()
+        self.on = True
+        self.changed()
+        self._app.outputs.tap = self._tap
+        self._app.outputs.hand_over()
+
+    def keep(self, seconds=3):
+        """Go on for so long."""
+        self._until = time.ticks_add(time.ticks_ms(), int(1000 * seconds))
+
+    def stop(self):
+        """No more frames."""
+        if self.on:
+            self.on = False
+            self._app.outputs.tap = None
+            self._app.outputs.hand_over()
+
+    def changed(self, name=None):
+        """A setting has changed, one that changes nothing else, or all may have: it is told."""
+        if not self.on:
+            return
+        app = self._app
+        frames = self._ring[_LENGTH] // 28
+        samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
+        self._ring[_BATCH] = max(1, min(samples, (2 * _PAIRS - 1) // frames))
+        if name is None or self._next < self._chunks:
+            head = channels.header(app, self._chosen, self._every)
+            head.update(self._row)
+        else:
+            head = channels.change(app, name)
+        head["start"] = self._starts  # samples of kind 16 + 4 (start & 3) + part are of it
+        head["seq"] = self._ring[_SEQ]  # and from this one on it holds
+        self._number = (self._number + 1) & 0xFF
+        self._header = channels.text(head)
+        self._chunks = (len(self._header) + 23) // 24
+        self._next = 0
+
+    # ---- after ticks; allocates nothing but for what changed() makes
+
+    def _run(self, _):
+        self._ring[_ASKED] = 0
+        try:
+            self.run()
+        except Exception as error:  # of the console, or of an app that is being set up anew
+            self.error = error
+            self.stop()
+
+    @micropython.native
+    def run(self):
+        """What the ring holds, as far as somebody takes it."""
+        now = time.ticks_ms()
+        if time.ticks_diff(now, self._until) > 0:
+            self.stop()
+            return
+        ring, pair, console = self._ring, self._pair, self._app.telemetry.console
+        n = 0
+        if pair[2 * _FILL] < 2 and (
+            self._next < self._chunks or time.ticks_diff(now, self._told) >= 0
+        ):
+            self._other(now)
+        while n < _PAIRS:
+            n += 1
+            if pair[2 * _FILL] < 2:
+                if not fill(0, 0, 0, ring, pair):
+                    if ring[_MODE] == 3 and ring[_TAIL] == ring[_HEAD]:
+                        self._again()
+                    return
+            if not console.ready():
+                self.waits += 1
+                return
+            console.write(self._line)
+            pair[2 * _FILL] = 0
+            self.written += 1
+
+    def _other(self, now):
+        """A frame of the header, or of the counts."""
+        own = self._own
+        if self._next < self._chunks:
+            chunk = self._next
+            put(own, HEADER, self._number, chunk, self._chunks, self._header, len(self._header))
+            self._next = chunk + 1
+        else:
+            self._told = time.ticks_add(now, _STATUS_MS)
+            self._counts(own)
+        own[_HEAD] = 1
+        own[_TAIL] = 0
+        fill(0, 0, 0, own, self._pair)
+
+    def _counts(self, own):
+        ring, seq = self._ring, self._ring[_SEQ]
+        put(own, COUNTS, ring[_MODE], seq & 0xFF, seq >> 8, b"", 0)
+        own[_RECORDS + 1] = ring[_LOST]
+        own[_RECORDS + 2] = self.waits
+        own[_RECORDS + 3] = self._app.tick.timing.words[_TICKS_LOST]
+        own[_RECORDS + 4] = self._app.tick.words[_CAUSE]
+        own[_RECORDS + 5] = ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFF
+        own[_RECORDS + 6] = ring[_AT]
+
+    def _again(self):
+        """What was around the event is sent: wait for the next."""
+        ring = self._ring
+        self._told = time.ticks_ms()
+        ring[_HEAD] = ring[_TAIL] = 0
+        ring[_LAST] = ring[_LEVEL]
+        ring[_MODE] = 1
+
+
+@micropython.viper
+def put(own, kind: int, a: int, b: int, c: int, text: ptr8, size: int):
+    """A record of these four bytes and 24 of a text, the b-th ones, blanks after its end."""
+    record = ptr8(own)
+    record[4 * _RECORDS] = kind
+    record[4 * _RECORDS + 1] = a
+    record[4 * _RECORDS + 2] = b
+    record[4 * _RECORDS + 3] = c
+    at = 24 * b
+    i = 0
+    while i < 24:
+        byte = 32
+        if at + i < size:
+            byte = int(text[at + i])
+        record[4 * _RECORDS + 4 + i] = byte
+        i += 1
+
+
+def _ring(samples, length):
+    """For so many records, a power of two, or fewer where the heap is in pieces."""
+    size = _LEAST
+    while size < samples:
+        size *= 2
+    gc.collect()
+    while True:
+        try:
+            return tap.ring(size, length)
+        except MemoryError:
+            if size == _LEAST:
+                raise
+            size //= 2

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""The stream on the emulated Pico: through the real mpremote transport, knobs set meanwhile."""
+
+import json
+import sys
+
+import pytest
+
+from tools.demo.__main__ import settings_file
+from tools.virtual import motion
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
+from tools.virtual.pico import VirtualPico
+
+START = """
+import gc, micropython, time
+from firmware.app import App
+app = App()
+app.start()
+def idle(ms):
+    n, began = 0, time.ticks_ms()
+    while time.ticks_diff(time.ticks_ms(), began) < ms:
+        n += 1
+    return n
+class Sink:
+    size = 0
+    def ready(self):
+        return True
+    def write(self, data):
+        self.size += len(data)
+"""
+
+
+@pytest.fixture(scope="module", params=["1.26.1"])
+def board(request):
+    chip = MPU6050Chip(motion.Sinusoid(20.0, 0.5, "roll"), seed=3, gyro_bias_dps=(2, -1, 1))
+    files = {"config.txt": settings_file(rest_s=0.05)}
+    with VirtualPico(
+        bus=Bus(chip), files=files, root=True, main=False, micropython=request.param
+    ) as pico:
+        pico.exec(START, 30)
+        yield pico
+
+
+@pytest.mark.parametrize("rate_hz", [250, 1000])
+def test_two_seconds_through_mpremote_while_twenty_knobs_are_set(board, rate_hz, tmp_path):
+    figures = tmp_path / "line.json"
+    command = [
+        sys.executable, "-m", "tools.link", "--samples", str(2 * rate_hz), "--knobs", "20",
+        "--rate", str(rate_hz), "--json", str(figures),
+    ]  # fmt: skip
+    with board.terminal() as port:
+        code, printed = port.program([*command, "--port", port.path], 600)
+    assert code == 0, printed.decode(errors="replace")
+    row = json.loads(figures.read_text())
+    assert row["samples"] >= 2 * rate_hz and row["period_us"] == 1000000 // rate_hz
+    assert row["lost"] == row["lost_on_board"] == row["bad_frames"] == 0
+    assert row["knobs"] == row["knobs_good"] == 20
+    assert row["headers"] >= 1
+    assert row["ticks_lost"] == row["tick_errors"] == 0 and row["tick"] == "hard"
+
+
+def test_a_frame_costs_no_byte_and_the_tick_nothing_while_nobody_listens(board):
+    board.exec(
+        "app.set('rate_hz', 250)\napp.telemetry.console, kept = Sink(), app.telemetry.console\n"
+        "look, app.foreground._look = app.foreground._look, lambda app: None"  # which allocates
+    )
+    board.exec("app.stream.start(keep_s=1000)\nidle(600)")
+    locked = (
+        "errors = app.foreground.errors\nmicropython.heap_lock()\nidle(300)\n"
+        "micropython.heap_unlock()\nprint(app.foreground.errors - errors, app.stream.written)"
+    )
+    errors, pairs = map(int, board.exec(locked).split())
+    assert errors == 0 and pairs > 100
+    board.exec("app.stream.stop()")
+    assert board.exec("print(app.tick.words[19])") == "0\n"  # OUTPUTS: the tick drives nothing
+    board.exec("app.telemetry.console, app.foreground._look = kept, look")
+
+
+@pytest.mark.parametrize("rate_hz", [250, 1000])
+def test_the_cost_of_a_sample(board, rate_hz, record_property):
+    """From the time that is left to the main program, with the real console's looks and writes
+    but for the line itself."""
+    board.exec(f"app.set('rate_hz', {rate_hz})\napp.telemetry.console = Sink()")
+    alone = int(board.exec("idle(50)\nprint(idle(400))", 30))
+    board.exec("app.stream.start(keep_s=1000)\nidle(600)", 60)
+    beside = int(board.exec("print(idle(400))", 30))
+    board.exec("app.stream.stop()\napp.telemetry.console = kept")
+    free_us = int(board.exec("app.loop.stop()\nprint(idle(400))\napp.loop.start()", 30))
+    cost_us = (alone - beside) / free_us * 1e6 / rate_hz
+    print(f"{rate_hz} Hz: a sample costs {cost_us:.0f} us")
+    record_property("cost_us", cost_us)
+    assert cost_us < 130
