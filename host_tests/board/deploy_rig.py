@@ -40,6 +40,8 @@ def run(pico, job, until=None, timeout_s=600):
             port.serve_ms(2)
             if until and until(done.said):
                 break
+        if not thread.is_alive():
+            port.serve_ms(20)  # its last words to the board
     done.seconds = (pico.nanos - began) / 1e9
     thread.join(120)
     assert not thread.is_alive(), done.text

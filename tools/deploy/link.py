@@ -47,16 +47,23 @@ def ports():
 
 
 class Link:
-    """A board with its program stopped. `with Link(port) as board:`; OSErrors become words."""
+    """A board at a port. `with Link(port) as board:`; OSErrors become words.
+
+    A program that stop() stopped is started again at the end, whatever happened in between.
+    """
 
     def __init__(self, port):
         self.port = port
+        self.restart = False
         self._transport = _opened(port)
 
     def __enter__(self):
         return self
 
     def __exit__(self, *exc_info):
+        if self.restart:
+            with contextlib.suppress(DeployError):
+                self.soft_reset()
         self.close()
 
     def close(self):
@@ -70,6 +77,7 @@ class Link:
         with contextlib.suppress(TransportError, DeployError):  # it prints, or left no heap
             self._enter(soft_reset=False)
             self.run(script)  # before the reset, after which nobody feeds the watchdog
+        self.restart = True
         try:
             self._enter(soft_reset=True)
         except (TransportError, OSError) as error:
@@ -103,6 +111,7 @@ class Link:
             self._transport.exec_raw_no_follow("import machine; machine.reset()")
         except (TransportError, OSError) as error:
             raise Gone(f"{self.port}: the board is gone ({error})") from error
+        self.restart = False
         time.sleep(0.2)
         self.close()  # or the port would come back under another name
         end = time.monotonic() + BACK_S

@@ -21,6 +21,7 @@ def mount(port, say=print, repl=True):
     with Link(port) as board:
         board.stop()
         architecture = chosen(asked(board))
+        board.restart = False
     folder = ROOT / "out" / "mount" / architecture
     files = project(architecture)
     old = [p for p in folder.rglob("*") if p.suffix in (".py", ".mpy")]
