@@ -19,7 +19,7 @@ from array import array
 import micropython
 from micropython import const
 
-from firmware import filters, sample, startup, wiring
+from firmware import filters, learning, sample, startup, wiring
 from firmware.board import find
 from firmware.bus import Bus
 from firmware.calibration import keep_learned
@@ -87,7 +87,7 @@ class App:
         self.period_us = 0
         self.tick_kind = "soft"
         self.outputs = Outputs(self.tick, self)
-        self.imu = self.filter = self.loop = self.calibration = self.mend = self.warming = None
+        self.imu = self.filter = self.loop = self.calibration = self.mend = self.learning = None
         self.angles_mdeg = memoryview(self.tick.est)[2:5]
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
@@ -127,10 +127,15 @@ class App:
     def start(self):
         """Set all up and run in the background. OSError, with what to check, without a sensor;
         ValueError where knobs do not go together."""
+        self._begin(self.running)
+
+    def _begin(self, ran):
+        """Start; where it fails, a loop that ran before is said to stand still now."""
         try:
             self._start()
-        except KeyboardInterrupt:
-            print("stopped before it ran: app.start()")
+        except BaseException as error:
+            if ran or isinstance(error, KeyboardInterrupt):
+                print("stopped: app.start() begins anew")
             raise
 
     def _start(self):
@@ -140,11 +145,12 @@ class App:
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.check(self.config)
         self._find_sensor()
-        self.calibration, warnings = startup.calibration(self.imu, self.config)
-        for text in self.warnings + warnings:
+        began = learning.begin(self.imu, self.config)
+        self.calibration = began.calibration
+        for text in self.warnings + began.warnings:
             print("warning:", text)
-        self.warnings = warnings
-        wiring.adopt_sensor(self)
+        self.warnings = began.warnings
+        wiring.adopt_sensor(self, began.known)
         wiring.settle(self)
         wiring.wire(self, None)
         if self.config.watchdog_ms and not self._watched:
@@ -152,7 +158,7 @@ class App:
             self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
-        wiring.begin(self)
+        wiring.begin(self, began.still)
         self._running.append(self)
         self.loop.start()
 
@@ -170,7 +176,7 @@ class App:
         self.bus.forget()
         self.outputs.safe()
         try:
-            keep_learned(self.warming.learned(), self.imu)
+            keep_learned(self.learning.learned(), self.imu)
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
@@ -196,7 +202,7 @@ class App:
             return work(self.imu)
         finally:
             if running:
-                self.start()
+                self._begin(True)
 
     # ---- knobs
 
@@ -207,7 +213,7 @@ class App:
         before, running = config.values(), self.running
         config.set(name, value)
         try:
-            self._apply(name)
+            self._apply(name, before)
         except BaseException:
             config.take(before)
             self._take_back(name, running)
@@ -226,7 +232,7 @@ class App:
             if running and not self.running:
                 self.outputs.safe()
 
-    def _apply(self, name):
+    def _apply(self, name, before):
         config = self.config
         if self.loop is None:
             startup.check(config)
@@ -235,7 +241,7 @@ class App:
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "address":
-            self._change_sensor()
+            self._change_sensor(before)
         elif name == "filter":
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
@@ -248,12 +254,19 @@ class App:
         else:
             wiring.settle(self)
 
-    def _change_sensor(self):
-        running = self.running
+    def _change_sensor(self, before):
+        running, old = self.running, self.imu
         self.stop()
         self.imu = None
-        if running:
-            self.start()
+        try:
+            if running:
+                self._start()
+        except BaseException:
+            self.config.take(before)
+            old.use_bus(self.board.i2c())  # the search for the other one has used its wires
+            self.imu = old
+            self._begin(True)
+            raise
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
@@ -324,13 +337,18 @@ class App:
 
     def recalibrate(self, calibration):
         """Correct the samples by this Calibration from the next tick on."""
+        self.calibration = calibration
         wiring.prepare(self, calibration=calibration)
+
+    def rested(self, calibration):
+        """A rest has shown that the gyro's bias is this Calibration's."""
+        wiring.rested(self, calibration)
 
     def other_part(self):
         """Another part was plugged in, whose biases nobody knows, nor how it was turned."""
         self.warnings.append("another sensor was plugged in (%s)" % self.imu.profile.name)
         self.calibration = self.calibration.mounting()
-        wiring.warm(self)
+        wiring.learn(self, learning.NOTHING)
         wiring.begin_anew(self)
 
     # ---- what one asks

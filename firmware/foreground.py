@@ -95,7 +95,7 @@ class Foreground:
                     app.mend.repair()
             except OSError as error:
                 app.mend.count(error)
-        app.warming.look(app.tick.est[_AT_REST], self._looks % _LOOKS_HZ == 0)
+        app.learning.look(app.tick.est[_AT_REST], self._looks % _LOOKS_HZ == 0)
         if self._looks % self._correct_every == 0:
             self._correct(app)
 

@@ -6,27 +6,31 @@ how often, and what to check.
 """
 
 import time
+from array import array
 from errno import ENODEV
 
 from calibration import Calibration
-from calibration.rest import NotStill, rest
 from micropython import const
 from mpu6050 import MPU6050, ranges
 
 from firmware import filters
 from firmware.board import diagnose
-from firmware.calibration import load_for
 
 _OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
 _PATIENCE_MS = const(1000)  # a supply may take 100 ms to rise (PS p. 15), a plug to be pushed in
 _EACH_MS = const(100)  # of which one attempt asks for its name
 _FIRST = const(30)
-_SPREAD = 6.0
+# what the driver advises, and the knob for it
+_WAYS = (
+    ("address=0x68", 'app.set("address", 0x68)'),
+    ("address=0x69", 'app.set("address", 0x69)'),
+    ("allow_unknown", 'app.set("allow_unknown", 1)'),
+)
 
 
 def sensor(board, config):
     """The driver, configured. OSError with what was seen, how often, and what to check."""
-    seen = {}
+    seen = {}  # type: dict
 
     def make(i2c):
         imu = MPU6050(
@@ -63,8 +67,7 @@ def again(imu, board, config):
                 imu.reset()
                 imu.configure()
                 break
-        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
-        imu.data_ready(config.drive == "data-ready")
+        set_up(imu, config)
         return imu
 
     return _patiently(look, board, config, {})
@@ -89,25 +92,39 @@ def _patiently(work, board, config, seen):
     # raised out here, so that one traceback is shown
     passed_s = time.ticks_diff(time.ticks_ms(), began) / 1000
     text = "%s\nTried %d times in %.1f s." % (failure.args[-1], tries, passed_s)
-    if "allow_unknown" in text:
-        text += ' In the app: app.set("allow_unknown", 1) or app.set("address", 0x69).'
+    knobs = [knob for way, knob in _WAYS if way in text]
+    if knobs:
+        text += " In the app: %s." % " or ".join(knobs)
     if 2 * sum([n for got, n in seen.items() if got >= 0]) <= sum(seen.values()):
         text += "\nSeen: %s" % diagnose(board, config.address)
     raise OSError(failure.args[0], text)
 
 
 def first(imu):
-    """One good sample is in the driver's counts. OSError when none comes."""
+    """A good sample is in the driver's counts: of each word the middle one of three, so that one
+    broken transfer is not what everything begins with. OSError when none comes."""
     failure = None
+    bursts = []
     for _ in range(_FIRST):
         try:
             imu.read()
             if imu.plausible():
-                return
+                bursts.append(array("h", imu.counts))
         except OSError as error:
             failure = error
+        if len(bursts) == 3:
+            for i in range(7):
+                imu.counts[i] = sorted([burst[i] for burst in bursts])[1]
+            return
         time.sleep_ms(1)
     raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
+
+
+def set_up(imu, config):
+    """The knobs to a sensor that goes on measuring. OSError when it does not take them."""
+    if hasattr(imu, "set_up"):  # a MinIMU-9 keeps its own settings
+        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
+        imu.data_ready(config.drive == "data-ready")
 
 
 def sensor_rate_hz(config):
@@ -140,42 +157,3 @@ def check(config):
     rate_hz = sensor_rate_hz(config)
     ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
     filters.make(config, Calibration(), _Ranges(config), config.rate_hz)
-
-
-def calibration(imu, config):
-    """(Calibration, warnings): the stored one, with the gyro's bias as measured now."""
-    cal, warnings = load_for(imu)
-    first(imu)
-    cal = cal.at(imu.temp_c())
-    if config.self_test:
-        from firmware.report import tested
-
-        good, lines = tested(imu)
-        if not good:
-            warnings.append("self-test failed, or the sensor was moved: " + ", ".join(lines))
-    if config.rest_s:
-        time.sleep_ms(_settling_ms(config, imu))
-        try:
-            still = rest(imu, config.rest_s, config.still_dps / _SPREAD)
-            cal = cal.at(still.temp_c).but(gyro_bias_dps=still.gyro_dps)
-        except NotStill as error:
-            text = "gyro bias not measured, the stored one (or zero) is used: it %s"
-            warnings.append(text % error)
-    return _folding(cal, imu, config, warnings), warnings
-
-
-def _folding(cal, imu, config, warnings):
-    """`cal`, or as much of it as this range's integers can hold."""
-    for less in (cal, cal.mounting(), Calibration()):
-        try:
-            filters.make(config, less, imu, config.rate_hz)
-            return less
-        except ValueError as error:
-            warnings.append("the stored calibration is not used: %s" % error)
-    return cal
-
-
-def _settling_ms(config, imu):
-    """Until the low-pass has forgotten the gyro's start: five of its time constants, and two of
-    the sensor's samples."""
-    return int(5 * 160 / config.dlpf_hz + 2000 / imu.rate_hz)

@@ -9,11 +9,13 @@ import time
 from array import array
 
 from attitude.counts import GYRO_LSB_PER_DPS
+from attitude.standing import of_angles
+from attitude.tilt import accel_tilt_deg
 from micropython import const
 
 from firmware import filters, startup
-from firmware.calibration import Warming
 from firmware.faults.mend import Mend
+from firmware.learning import Learning
 from firmware.loop import Loop
 from firmware.tick import estimate, judge
 
@@ -23,6 +25,7 @@ _CORRECT_EDGES = const(1)
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
+_NO = (0.0, 0.0, 0.0)
 
 # places: firmware.tick.words
 _ODD = const(0)
@@ -32,6 +35,7 @@ _RING_US = const(7)
 _SURE = const(8)
 _FORGET = const(9)
 _SWAP = const(10)
+_UNCERTAIN = const(12)  # of firmware.tick.estimate
 _EVERY = const(13)
 _UNSURE_US = const(16)
 _YAW_LOST = const(17)
@@ -44,17 +48,25 @@ _FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
 _COUNT = const(30)
 
 
-def adopt_sensor(app):
-    """The app's `imu` is there: its bus is shared from now on."""
+def adopt_sensor(app, known):
+    """The app's `imu` is there: its bus is shared from now on. known: firmware.learning's."""
     app.imu.lock = app.bus
     app.bus.finish = app.imu.finish
     app.mend = Mend(app.imu, app.board, app.bus, app.tick.words, app.other_part)
-    warm(app)
+    learn(app, known)
 
 
-def warm(app):
-    """The calibration follows the temperature of this part."""
-    app.warming = Warming(app.calibration, app.imu, app.recalibrate)
+def learn(app, known):
+    """The calibration follows this part's temperature and rests; known: firmware.learning."""
+    app.learning = Learning(
+        app.calibration,
+        known,
+        app.imu,
+        app.tick.words,
+        app.config.still_dps,
+        app.recalibrate,
+        app.rested,
+    )
 
 
 def settle(app):
@@ -103,8 +115,7 @@ def begin_anew(app):
     stands = app.filter.standing()
     if stands:
         new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
-    app.filter = new
-    app.tick.use(new)
+    use(app, new)
     words[_UNSURE_US] = _UNKNOWN_US
     words[_YAW_LOST] = words[_ODD] = 1
     words[_YAW_DOUBT] = 180000
@@ -121,11 +132,16 @@ def renew(app, old):
             new.go_on_from(old, since_us(app))
             gap = app.tick.gap
             gap.rescale(GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
-        app.filter = new
-        app.tick.use(new)
-        words[_ODD] = 1
+        use(app, new)
     finally:  # also after a Ctrl-C
         words[_PAUSE] = 0
+
+
+def use(app, new):
+    """The tick works with this filter from now on."""
+    app.filter = new
+    app.tick.use(new)
+    app.tick.words[_ODD] = 1
 
 
 def since_us(app):
@@ -133,8 +149,10 @@ def since_us(app):
     return min(app.loop.since_us(), 1000000) if app.loop.running else 0
 
 
-def begin(app):
-    """One sample, levelled, so that the angles are true before the first tick."""
+def begin(app, still):
+    """One sample, levelled, so that the angles are true before the first tick. still: the Rest
+    that has been, whose means are better than one sample, or None.
+    """
     words, tick, imu = app.tick.words, app.tick, app.imu
     for place in _FRESH:
         words[place] = 0
@@ -144,9 +162,31 @@ def begin(app):
     for place in range(len(tick.est)):
         tick.est[place] = 0
     startup.first(imu)
+    if app.learning.known:
+        accel_g = still.accel_g if still else imu.accel_g()
+        begin_at(app.filter, app.calibration.apply(accel_g, _NO)[0])
+        if not still:
+            app.filter.relevel()
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
     estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
+    app.learning.begin()
+    tick.est[_UNCERTAIN] = 1 if words[_UNSURE_US] else 0
+
+
+def begin_at(filter, accel_g, yaw_deg=0.0):
+    """The filter stands as at a rest: the bias is that of its calibration."""
+    roll, pitch = accel_tilt_deg(*accel_g)
+    filter.begin_at((of_angles(roll, pitch, yaw_deg), _NO, _NO, _NO))
+
+
+def rested(app, calibration):
+    """A rest has shown another bias of the gyro: the filter goes on from there, its yaw stays."""
+    imu, old = app.imu, app.filter
+    app.calibration = calibration
+    new = filters.make(app.config, calibration, imu, 1e6 / app.period_us)
+    begin_at(new, calibration.apply(imu.accel_g(), _NO)[0], old.yaw_mdeg / 1000)
+    use(app, new)
 
 
 def change(app, pace):
@@ -158,9 +198,7 @@ def change(app, pace):
     running = app.loop.running
     began = (time.ticks_us() - since_us(app)) & _WRAP
     with app.bus:
-        rate_hz = startup.sensor_rate_hz(config)
-        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, rate_hz)
-        imu.data_ready(config.drive == "data-ready")
+        startup.set_up(imu, config)
         if pace:
             app.loop.stop()
             app.bus.forget()

@@ -19,11 +19,12 @@ from pathlib import Path
 import numpy as np
 
 from tools.link import desk
+from tools.link.join import Joiner
 from tools.link.link import Link
 from tools.track import marks
 
 SHOW_S = 1.0
-NEW_START_US = 1_000_000  # what a gap is taken for when the board's clock began anew
+PATIENCE_S = 60.0  # for the first sample
 
 
 class Recorder:
@@ -33,7 +34,7 @@ class Recorder:
         self.headers, self.breaks = [], []
         self._parts = []
         self._length = 0
-        self._last = None
+        self._join = Joiner()
         self._lock = threading.Lock()
 
     def __len__(self):
@@ -46,22 +47,11 @@ class Recorder:
                 return
             if not self.headers or batch.header is not self.headers[-1][1]:
                 self.headers.append((self._length, batch.header))
-            number, t_us = batch.number.copy(), batch.t_us.copy()
-            if self._last is not None:
-                step = int(t_us[0]) - self._last[1]
-                again = int(number[0]) <= self._last[0]
-                if again or step <= 0:  # the board, or its stream, began anew
-                    self.breaks.append(self._length)
-                    lost = round(self._away_us() / batch.header["period_us"])
-                    number += self._last[0] + lost + 1 - number[0]
-                    t_us += self._last[1] + self._away_us() - t_us[0]
-            self._last = int(number[-1]), int(t_us[-1]), time.monotonic()
+            number, t_us, anew = self._join.join(batch)
+            if anew:
+                self.breaks.append(self._length)
             self._parts.append((number, t_us, batch.flags, batch.raw))
             self._length += len(number)
-
-    def _away_us(self):
-        """How long nothing came, by the PC's clock."""
-        return max(NEW_START_US // 1000, round((time.monotonic() - self._last[2]) * 1e6))
 
     def arrays(self):
         """{name: array} of all so far."""
@@ -132,7 +122,8 @@ def main(arguments=None):
 
 
 def _wait(link, recorder, seconds):
-    while not len(recorder) and link.state.startswith(("connecting", "")) and seconds:
+    patience = time.monotonic() + PATIENCE_S
+    while not len(recorder) and time.monotonic() < patience:
         time.sleep(0.05)
         if link.state and link.state != "connecting":
             print(f"\r{link.state[:70]:70}", end="", file=sys.stderr)

@@ -9,6 +9,13 @@ def running_app(app):
     return app or App.current() or App()
 
 
+def running(app):
+    """The app, whose loop runs from now on."""
+    if not app.running:
+        app.start()
+    return app
+
+
 def refuse(app):
     """ValueError that says why no motor may turn now; nothing when one may."""
     if not app.running:

@@ -22,7 +22,7 @@ from control import HBridge
 from control.fixed import PID
 from micropython import const
 
-from firmware.apps.arming import refuse, running_app
+from firmware.apps.arming import refuse, running, running_app
 
 _LAG_US = const(200000)  # of the drive's low-pass
 _LEAN_MAX_MDEG = const(12000)
@@ -118,7 +118,7 @@ def start(app=None):
     """Set up and run, disarmed; returns the app, whose `.balance` is the controller."""
     app = running_app(app)
     if app.has("balance"):
-        return app
+        return running(app)
     pins = app.board.take("balance", 4)
     pwms = [app.board.pwm(pin, _PWM_HZ) for pin in pins]
     app.set("dlpf_hz", 94)

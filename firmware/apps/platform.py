@@ -18,7 +18,7 @@ import micropython
 from control import Servo
 from micropython import const
 
-from firmware.apps.arming import running_app
+from firmware.apps.arming import running, running_app
 
 # A standard servo: a pulse waits for its frame of 20 ms, then the servo's own loop closes the way.
 _DELAY_US = const(12000)
@@ -103,7 +103,7 @@ def start(app=None):
     """
     app = running_app(app)
     if app.has("platform"):
-        return app
+        return running(app)
     pins = app.board.take("platform", 2)
     if app.imu is None or hasattr(app.imu, "set_up"):  # a MinIMU-9 keeps its own filter
         app.set("dlpf_hz", 94)

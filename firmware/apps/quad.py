@@ -23,7 +23,7 @@ from control import Escs
 from control.fixed import QuadControl
 from micropython import const
 
-from firmware.apps.arming import refuse, running_app
+from firmware.apps.arming import refuse, running, running_app
 
 _TORQUE_MAX = const(350)  # permille
 _LINK_MS = const(500)
@@ -115,7 +115,7 @@ def start(app=None):
     """Set up and run, disarmed; returns the app, whose `.quad` is the controller."""
     app = running_app(app)
     if app.has("quad"):
-        return app
+        return running(app)
     pins = app.board.take("quad", 4)
     app.set("rate_hz", 1000)
     app.set("dlpf_hz", 94)

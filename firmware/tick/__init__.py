@@ -61,6 +61,7 @@ _BUSY = const(11)  # the bus is taken, or what it brings is not used yet
 
 _LONG_WAY = const(4)  # of what words.begun() tells
 
+_CLAIM_US = const(100000)  # a swing has turned back by then: a prediction is no claim any more
 _AGE_MAX_US = const(1000000000)  # a small int for ever
 _SHORT_US = const(15000)  # in an outage shorter than this no chip can have lost its settings
 _WRAP = const(0x3FFFFFFF)
@@ -231,6 +232,7 @@ class Tick:
                     words[_SURE] = 0
                 elif cause == _SATURATED:
                     words[_UNUSED_US] = words[_RING_US]
+                    est[_EST_UNCERTAIN] |= 1
                 words[_COUNT + cause] += 1
                 words[_DUE] = 0
             elif cause == _BUSY:
@@ -240,6 +242,8 @@ class Tick:
             words[_ODD] = 1
             if not paused:
                 tick.gap.predict(use[2], age_us)
+            if age_us > _CLAIM_US:
+                est[_EST_UNCERTAIN] |= 1
             publish(est, use[1], age_us, now)
             return 0
 

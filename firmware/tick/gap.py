@@ -14,11 +14,13 @@ import micropython
 from micropython import const
 
 # places: firmware.tick.words
+_CAUSE = const(1)
 _FROM_US = const(15)
 _UNSURE_US = const(16)
 _YAW_LOST = const(17)
 _YAW_DOUBT = const(28)
 
+_SATURATED = const(6)  # a cause of firmware.faults.policy
 _PREDICT_US = const(250000)  # longer than that the last rate says nothing
 _YAW_US = const(1000000)  # so long the mean of two rates is the best guess of the yaw
 _LEVEL_US = const(1500000)  # after a levelling: the accelerometer may have been pushed
@@ -81,7 +83,7 @@ class Gap:
     def __init__(self, words):
         self._words = words
         self._held = array("h", [0] * 7)  # the last good burst before the gap
-        self._rates = array("i", [0] * 3)  # and the filter's rates, mdeg/s
+        self._rates = array("i", [0] * 4)  # and the filter's rates, mdeg/s; 1: at rest
 
     def rescale(self, was_lsb, is_lsb):
         """The gyro's range has changed: counts per deg/s before and now."""
@@ -97,6 +99,7 @@ class Gap:
         rates[0] = out[3]
         rates[1] = out[4]
         rates[2] = out[5]
+        rates[3] = out[9]
         self._words[_FROM_US] = 0
         filter.keep()
 
@@ -119,14 +122,21 @@ class Gap:
     def closed(self, filter, gap_us):
         """After the first update that followed a gap: say what is not known."""
         words = self._words
-        doubt = words[_YAW_DOUBT] + _doubt(filter.out, self._rates, gap_us)
+        over = words[_CAUSE] == _SATURATED  # it turned faster than the range: how far, who knows
+        words[_CAUSE] = 0
+        doubt = filter.gyro_dps * (gap_us // 1000) if over and gap_us < _YAW_US else 0
+        doubt += words[_YAW_DOUBT] + _doubt(filter.out, self._rates, gap_us)
+        if gap_us > _YAW_US and not self._rates[3]:  # it may have turned there and back
+            doubt = 180000
         words[_YAW_DOUBT] = doubt if doubt < 180000 else 180000
-        if doubt > _LOST_MDEG:
+        if doubt > _LOST_MDEG and filter.knows_yaw:
             words[_YAW_LOST] = 1
         if gap_us > _PREDICT_US and (doubt or self._turns()):
+            over = True
+        if over and words[_UNSURE_US] < _LEVEL_US:
             words[_UNSURE_US] = _LEVEL_US
 
     @micropython.native
     def _turns(self):
-        rates = self._rates
+        rates = self._rates  # a flag of 1 among them is no rate
         return max(rates) > _TURNING_MDPS or min(rates) < -_TURNING_MDPS

@@ -29,6 +29,7 @@ _WORDS = const(22)
 # accelerometer: half of full scale, since vibration is not a fault.
 _GYRO_LEAP = const(4096)
 _ACCEL_LEAP = const(16384)
+_FILL_LEAP = const(64)  # of the gyro to words that are all the same
 _NEAR = const(26000)  # of 32768: a leap to there is the edge of a saturation
 _AGREES = const(2)  # rejections after which a leap is believed
 
@@ -146,9 +147,18 @@ def _doubt(counts, words) -> int:
             if step > limit or step < 0 - limit:
                 agrees = 0
         i += 1
-    # a broken transfer, a sleeping chip: the tail is filled with one byte
+    # a broken transfer, a sleeping chip: the tail is filled with one byte. A clone whose
+    # temperature register is at the gyro's zero reads such words too, but then it is no leap
     if c[6] == c[5] and c[5] == c[4] and c[4] == c[3]:
-        fault = FILL
+        far = 0
+        i = 4
+        while i < 7:
+            step = ((c[i] ^ 0x8000) - 0x8000) - ((m[i] ^ 0x8000) - 0x8000)
+            if step > _FILL_LEAP or step < 0 - _FILL_LEAP:
+                far = m[_PRIMED]
+            i += 1
+        if far or c[3] == 0xFEFE or (c[3] == c[2] and c[2] == c[1] and c[1] == c[0]):
+            fault = FILL
     if fault == 0:
         if over and m[_ACCEL_OVER] < 65535:
             m[_ACCEL_OVER] += 1

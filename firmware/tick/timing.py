@@ -88,7 +88,9 @@ def account(words: ptr32, bins: ptr32, now: int) -> int:
     words[_LAST] = now
     if words[_TICKS] == 0:
         words[_TICKS] = 1
-        return period
+        if dt < period + (period >> 1):
+            dt = period  # the first comes when it comes, but it may come after a pause
+        return dt
     words[_TICKS] += 1
     words[_LOST] += lost
     if dt < words[_DT_MIN]:

@@ -21,7 +21,7 @@ place name       who  what
 13    LATE_US    F    a tick later than this after the last one ends a gap
 14    WAITING    F T  1: it is scheduled and has not run yet
 15    FROM_US    F T  age at which the filter that bridges the gap took over
-16    UNSURE_US  T    so long the tilt is not known well enough to be claimed
+16    UNSURE_US  F T  so long the tilt is not known well enough to be claimed
 17    YAW_LOST   T    1: that is more than can be claimed
 18    IS_SAFE    F T  1: the outputs have their safe values
 19    OUTPUTS    F    1: there is something to drive or a watchdog to feed

@@ -10,7 +10,11 @@ from tools.virtual.chip import MPU6050Chip
 from tools.virtual.pico import VirtualPico
 
 ROOT = Path(__file__).resolve().parents[2]
-LIB = {path.relative_to(ROOT).as_posix(): path for path in (ROOT / "lib" / "mpu6050").glob("*.py")}
+LIB = {
+    path.relative_to(ROOT).as_posix(): path
+    for package in ("calibration", "mpu6050")
+    for path in (ROOT / "lib" / package).glob("*.py")
+}
 
 
 class Feel:

@@ -206,7 +206,7 @@ def test_answers_that_change_are_noise(board):
 
 
 def test_a_contact_that_comes_and_goes_is_called_loose(board):
-    port, bus, app = board("rp2", MPU6050Chip(), faults=[make("nack", at_s=0.0, p=0.85)])
+    _, _, app = board("rp2", MPU6050Chip(), faults=[make("nack", at_s=0.0, p=0.85)])
     text = refused(app)
     assert "now and then" in text or "loose contact" in text
     assert "EIO" in text and "0x68 " in text.partition("WHO_AM_I")[2]
@@ -284,7 +284,7 @@ def test_what_the_chip_lost_meanwhile_is_set_up_again(board, platform, lose):
 
 
 def test_a_chip_that_lost_nothing_is_not_reset(board):
-    port, bus, app = board("rp2", MPU6050Chip(seed=3))
+    _, bus, app = board("rp2", MPU6050Chip(seed=3))
     app.start()
     app.stop()
     bus.log.clear()

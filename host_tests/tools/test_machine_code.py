@@ -126,6 +126,14 @@ def test_memory_has_holes_and_keeps_alignment():
         memory.store(memory.address(b"text"), 1, 65)
 
 
+def test_a_pointer_for_another_function_is_its_memory():
+    memory = Memory()
+    numbers = array("i", [1, 2, 3])
+    memory.buffer(memory.address(numbers) + 4)[0] = 9
+    assert list(numbers) == [1, 9, 3]
+    assert memory.buffer(0x40044000) is None
+
+
 def test_hardware_is_played_back_in_order_only():
     log = (("r", 0x40054028, 7), ("w", 0x4004406C, 1))
     replay = tape.Replay(log)

@@ -21,6 +21,7 @@ class FromCounts:
     timed = True  # update() needs the measured time
     at_rest = False  # of filters that do not watch for it
     knows_yaw = False  # of filters of roll and pitch only
+    _made = False
 
     def __init__(self, rate_hz, gyro_dps, accel_g, settings):
         self.rate_hz = rate_hz
@@ -36,6 +37,14 @@ class FromCounts:
         self._kept = None
         self.pending = [None, self._period16, None, settings]  # rows, period, filters, settings
         self.calibrate(Ideal)
+        self._made = True
+
+    def __setattr__(self, name, value):
+        """A name that is not there would be taken in silence, and change nothing."""
+        if self._made and name[0] != "_" and not hasattr(self, name):
+            text = "no attribute %s: settings go in by app.set(), or prepare(settings={...})"
+            raise AttributeError(text % name)
+        object.__setattr__(self, name, value)
 
     def relevel(self):
         """After a gap: level anew; yaw and bias stay."""

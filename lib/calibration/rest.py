@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """A sensor that lies still: its mean readings, and from them the gyro's bias.
 
-It takes a second or two and waits in between, so it belongs at the start, not in a running loop.
+Both sensors have to say so: a turn that is steady looks like a bias to the gyro, but about any
+axis that is not vertical it moves gravity. It takes a second or two and waits in between, so it
+belongs at the start, not in a running loop.
 """
 
 import time
@@ -15,8 +17,11 @@ Rest = namedtuple("Rest", ("accel_g", "gyro_dps", "temp_c"))
 
 _GYRO_LIMIT_DPS = 0.5  # deviation; the sensor's own noise is 0.1 at the widest filter
 _ACCEL_LIMIT_G = 0.02  # deviation; own noise 0.008 at the widest filter
-_DRIFT_LIMIT_G = 0.01  # of the mean from the first half to the second: a slow turn
+_ODD = 12  # deviations: a sample so far off is no noise
+_SIGMAS = 4  # of the accelerometer's means: so much between the halves is a tilt
+_TILT_G = 0.002  # and less is none
 _BIAS_LIMIT_DPS = 40  # PS p. 12: +-20 at once and +-20 over temperature
+_TURN_DPS = 0.75  # slower about a level axis nobody sees in half a second
 
 
 class NotStill(ValueError):
@@ -26,23 +31,25 @@ class NotStill(ValueError):
 def rest(imu, seconds=1.0, gyro_limit_dps=_GYRO_LIMIT_DPS):
     """Mean readings (a Rest) of a sensor that lies still. NotStill says why not. OSError.
 
+    seconds: at least; a slow sensor takes as many samples as its noise asks for.
     gyro_limit_dps: the largest standard deviation of a rate that is still rest.
     """
-    half_ms = int(500 * seconds)
-    count, first, first_squares, temp_c = _sums(imu, half_ms)
-    more, second, second_squares, more_c = _sums(imu, half_ms)
-    n = count + more
+    needed = 8 + imu.dlpf_hz // 8  # samples of their own until a mean rate is good to 0.03 deg/s
+    half_s = 0.5 * max(seconds, needed / imu.rate_hz)
+    half = _Half(imu, gyro_limit_dps, half_s)
+    more = _Half(imu, gyro_limit_dps, half_s, half.centre)
     scale = [imu.accel_lsb_per_g] * 3 + [imu.gyro_lsb_per_dps] * 3
+    share = more.count / (half.count + more.count)
     mean, spread, drift = [], [], []
     for i in range(6):
-        total = first[i] + second[i]
-        mean.append(total / n / scale[i])
-        # integers up to here, so that single precision does not eat the small difference
-        variance = n * (first_squares[i] + second_squares[i]) - total * total
-        spread.append(sqrt(max(0, variance)) / n / scale[i])
-        drift.append((second[i] / more - first[i] / count) / scale[i])
-    _judge(mean, spread, drift, gyro_limit_dps)
-    return Rest(tuple(mean[:3]), tuple(mean[3:]), (temp_c + more_c) / n)
+        first, second = half.mean(i) / scale[i], more.mean(i) / scale[i]
+        mean.append(first + share * (second - first))
+        spread.append(sqrt(0.5 * (half.variance(i) + more.variance(i))) / scale[i])
+        drift.append(second - first)
+    own = min(half.count, max(2.0, half_s * min(imu.rate_hz, 3 * imu.dlpf_hz)))
+    _judge(mean, spread, drift, own, gyro_limit_dps)
+    temp_c = half.temp_c + share * (more.temp_c - half.temp_c)
+    return Rest(tuple(mean[:3]), tuple(mean[3:]), temp_c)
 
 
 def gyro_bias(imu, cal=None, seconds=2.0):
@@ -52,48 +59,108 @@ def gyro_bias(imu, cal=None, seconds=2.0):
     return cal.but(gyro_bias_dps=still.gyro_dps)
 
 
-def _sums(imu, ms):
-    """Of the samples of so many milliseconds, ten at least: their count, sums and sums of squares
-    of the six axes' counts, sum of the degrees. One in five may fail."""
-    pause_us = max(500, min(20000, round(500000 / imu.rate_hz)))
-    sums, squares, temp_c = [0] * 6, [0] * 6, 0.0
-    n = failed = 0
-    began = time.ticks_ms()
-    while n < 10 or time.ticks_diff(time.ticks_ms(), began) < ms:
-        time.sleep_us(pause_us)
-        failure = None
-        try:
-            imu.read()
-            if not imu.plausible():
-                failure = NotStill("no data: the sensor sends %s" % list(imu.counts))
-        except OSError as error:
-            failure = error
-        if failure:
-            failed += 1
-            if failed > 5 + n // 4:
-                raise failure
-            continue
-        for i in range(6):
-            value = imu.counts[i if i < 3 else i + 1]
-            sums[i] += value
-            squares[i] += value * value
-        temp_c += imu.temp_c()
-        n += 1
-    return n, sums, squares, temp_c
+def turn_dps(still, bias_dps, bound_dps):
+    """Whether a Rest that is no bias as known was a turn: its rate about the vertical, or 0.0.
+
+    bias_dps: as known, good to bound_dps. A difference that lies along gravity, which stood still,
+    is a turn; any other is a bias that has changed, since a turn would have tilted gravity.
+    """
+    off = [g - b for g, b in zip(still.gyro_dps, bias_dps)]
+    length = sqrt(sum([a * a for a in still.accel_g]))
+    along = sum([o * a for o, a in zip(off, still.accel_g)]) / length
+    across = sqrt(max(0.0, sum([o * o for o in off]) - along * along))
+    return along if abs(along) > bound_dps and across <= max(bound_dps, _TURN_DPS) else 0.0
 
 
-def _judge(mean, spread, drift, gyro_limit_dps):
+class _Half:
+    """Samples of half a rest: counts about a centre, so that the sums stay small integers. One in
+    five may be lost or garbled."""
+
+    def __init__(self, imu, gyro_limit_dps, seconds, centre=None):
+        self._imu = imu
+        self.count = self._failed = 0
+        self._sums, self._squares, self._temps = [0] * 6, [0] * 6, 0.0
+        self._pause_us = max(500, min(20000, round(500000 / imu.rate_hz)))
+        accel = int(_ODD * _ACCEL_LIMIT_G * imu.accel_lsb_per_g)
+        gyro = int(_ODD * gyro_limit_dps * imu.gyro_lsb_per_dps)
+        self.centre = centre or self._middle()
+        began = time.ticks_ms()
+        while self.count < 5 or time.ticks_diff(time.ticks_ms(), began) < 1000 * seconds:
+            off = [value - middle for value, middle in zip(self._sample(), self.centre)]
+            for i in range(6):
+                if abs(off[i]) > (accel if i < 3 else gyro):
+                    self._lost(self._moved(i, off[i]))
+                    break
+            else:
+                for i in range(6):
+                    self._sums[i] += off[i]
+                    self._squares[i] += off[i] * off[i]
+                self._temps += imu.temp_c()
+                self.count += 1
+
+    def mean(self, i):
+        """Of axis i, counts."""
+        return self.centre[i] + self._sums[i] / self.count
+
+    def variance(self, i):
+        """Of axis i, counts squared."""
+        n, total = self.count, self._sums[i]
+        return max(0, n * self._squares[i] - total * total) / (n * n)
+
+    @property
+    def temp_c(self):
+        return self._temps / self.count
+
+    def _middle(self):
+        """Medians of five samples: where a garbled one does not count."""
+        five = [self._sample() for _ in range(5)]
+        return [sorted(values)[2] for values in zip(*five)]
+
+    def _sample(self):
+        imu = self._imu
+        while True:
+            time.sleep_us(self._pause_us)
+            try:
+                imu.read()
+            except OSError as error:
+                self._lost(error)
+                continue
+            if imu.plausible():
+                return list(imu.counts[:3]) + list(imu.counts[4:])
+            self._lost(NotStill("no data: the sensor sends %s" % list(imu.counts)))
+
+    def _lost(self, error):
+        self._failed += 1
+        if self._failed > 5 + self.count // 4:
+            raise error
+
+    def _moved(self, i, off):
+        imu = self._imu
+        if i < 3:
+            return _not_still("accelerometer %s shook by", i, off / imu.accel_lsb_per_g, "g", 0)
+        return _not_still("gyro %s shook by", i, off / imu.gyro_lsb_per_dps, "deg/s", 0)
+
+
+def _judge(mean, spread, drift, own, gyro_limit_dps):
+    """NotStill, unless all of it is that of a sensor at rest; own: samples of their own in each
+    half, which make the noise of its mean."""
     for i in range(3):
-        axis = "xyz"[i]
-        for size, limit, unit, what in (
-            (spread[3 + i], gyro_limit_dps, "deg/s", "gyro %s shook by" % axis),
-            (spread[i], _ACCEL_LIMIT_G, "g", "accelerometer %s shook by" % axis),
-            (abs(drift[3 + i]), gyro_limit_dps, "deg/s", "gyro %s drifted by" % axis),
-            (abs(drift[i]), _DRIFT_LIMIT_G, "g", "accelerometer %s drifted by" % axis),
-            (abs(mean[3 + i]), _BIAS_LIMIT_DPS, "deg/s", "gyro %s turns at" % axis),
+        # with few samples the spread is not known well either
+        tilt = max(_TILT_G, _SIGMAS * (1 + 3 / own) * sqrt(2 / own) * spread[i])
+        for k, what, size, limit in (
+            (3 + i, "gyro %s shook by", spread[3 + i], gyro_limit_dps),
+            (i, "accelerometer %s shook by", spread[i], _ACCEL_LIMIT_G),
+            (3 + i, "gyro %s drifted by", abs(drift[3 + i]), gyro_limit_dps),
+            (i, "accelerometer %s drifted by", abs(drift[i]), tilt),
+            (3 + i, "gyro %s turns at", abs(mean[3 + i]), _BIAS_LIMIT_DPS),
         ):
             if size > limit:
-                raise NotStill("moved: %s %.3g %s (limit %g)" % (what, size, unit, limit))
+                raise _not_still(what, k, size, "g" if k < 3 else "deg/s", limit)
     length = sqrt(mean[0] ** 2 + mean[1] ** 2 + mean[2] ** 2)
     if not 0.8 < length < 1.2:
         raise NotStill("moved, or broken: it feels %.3g g instead of 1 g" % length)
+
+
+def _not_still(what, i, size, unit, limit):
+    text = "moved: " + what % "xyz"[i % 3] + " %.3g %s" % (abs(size), unit)
+    return NotStill(text + " (limit %.2g)" % limit if limit else text)

@@ -63,6 +63,7 @@ class _Profile:
 
     name = "MinIMU-9 v2"
     temp_lsb_per_c = 1.0
+    temp_offset_c = 0.0
 
 
 class MinIMU9:
@@ -133,7 +134,7 @@ class MinIMU9:
             chip.set_bits(_CTRL_REG4, rows[1], 0xFF)
 
     def _identify(self, wait_ms):
-        seen = {}
+        seen = {}  # type: dict
         who = self._gyro.ask(_WHO_AM_I, (_GYRO_ID,), wait_ms, seen)
         if who is None and min(seen) < 0:
             text = "no L3GD20 at 0x%02X: check wiring and power; SDO low is 0x6A"

@@ -195,13 +195,14 @@ class MPU6050(Registers):
     def plausible(self):
         """False when the last burst is a fill pattern: a chip asleep (0), a dead line (0xFF)...
 
-        All seven words equal, or the last four filled with the 0xFE or 0xFF of a broken transfer.
+        All seven words equal, or the last four filled with the 0xFE of a broken transfer. Four
+        zeros or 0xFFFF may be a clone's gyro at rest, at the zero of its temperature register.
         """
         c = self.counts
         gx = c[4]
         if not (gx == c[5] == c[6] == c[3]):
             return True
-        return not (gx == -1 or gx == -258 or gx == c[0] == c[1] == c[2])
+        return not (gx == -258 or gx == c[0] == c[1] == c[2])
 
     def same_part(self):
         """Whether the part that answers now is still the one that was identified. OSError."""

@@ -10,7 +10,7 @@ _EIO = const(5)
 _TRIES = const(3)  # of a transfer that fails at once, and of a row that reads back wrong
 _QUICK_US = const(2000)  # a stuck bus takes longer: it is not asked again
 _ASK_MS = const(2)
-_STEADY = const(50)  # an answer that nobody expects is one after so many in a row
+_STEADY = const(30)  # an answer that nobody expects is one after so many in a row
 
 
 class Registers:
@@ -32,30 +32,44 @@ class Registers:
         self._next = 0
         self._byte = bytearray(1)
 
+    # native: as bytecode their frames would be heap blocks
+    @micropython.native
     def load(self, register, buffer):
         """Fill the buffer from consecutive registers. OSError when the bus fails."""
-        self._transfer(self._load, register, buffer)
+        self._transfer(False, register, buffer)
 
+    @micropython.native
     def store(self, register, value):
         """Write one register, unverified; settings go through set_bits(). OSError."""
-        self._transfer(self._store, register, value)
+        self._transfer(True, register, value)
 
-    def _transfer(self, transfer, register, what):
+    @micropython.native
+    def _transfer(self, write, register, what):
         if self.lock:
             with self.lock:
-                self._patiently(transfer, register, what)
+                self._patiently(write, register, what)
         else:
-            self._patiently(transfer, register, what)
+            self._patiently(write, register, what)
 
-    def _patiently(self, transfer, register, what):
-        for left in range(_TRIES - 1, -1, -1):
+    @micropython.native
+    def _patiently(self, write, register, what):
+        left = _TRIES
+        while left:
+            left -= 1
             began = time.ticks_us()
             try:
-                transfer(register, what)
-                return
-            except OSError:
+                self._once(write, register, what)
+                left = 0
+            except OSError as error:
                 if not left or time.ticks_diff(time.ticks_us(), began) > _QUICK_US:
-                    raise
+                    raise error  # without a name native code cannot
+
+    @micropython.native
+    def _once(self, write, register, what):
+        if write:
+            self._store(register, what)
+        else:
+            self._load(register, what)
 
     def ask(self, register, expected, wait_ms, seen):
         """What the register holds, for a device that may still be starting: asked for wait_ms.

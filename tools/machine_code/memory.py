@@ -44,6 +44,13 @@ class Memory:
             known = self._buffers[id(buffer)] = (address, buffer)
         return known[0]
 
+    def buffer(self, address):
+        """The memory from an address on, as address() may be told it again; None: no buffer."""
+        number, offset = divmod(address, PAGE)
+        if number < _FIRST_BUFFER or number not in self.pages or offset > len(self.pages[number]):
+            return None
+        return self.pages[number][offset:]
+
     def load(self, address, size, at=None):
         """The number of so many bytes at an address; `at`: the instruction."""
         try:

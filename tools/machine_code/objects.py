@@ -20,8 +20,8 @@ _ARITHMETIC = (
     operator.sub, operator.mul, operator.matmul, operator.floordiv, operator.truediv,
     operator.mod, operator.pow,
 )  # fmt: skip
-UNARY = (operator.pos, operator.neg, operator.invert, operator.not_)
-BINARY = (
+_UNARY = (operator.pos, operator.neg, operator.invert, operator.not_)
+_BINARY = (
     operator.lt, operator.gt, operator.eq, operator.le, operator.ge, operator.ne,
     lambda a, b: a in b, operator.is_, _matches, *_ARITHMETIC, *_ARITHMETIC,
 )  # fmt: skip
@@ -60,6 +60,23 @@ class Objects:
         if rest or not 0 <= number < len(self._objects):
             raise MachineFault("0x%08X is taken for an object" % word)
         return self._objects[number]
+
+    # entries of the function table that need nothing else
+
+    def is_true(self, word):
+        return int(bool(self.decode(word)))
+
+    def unary(self, number, word):
+        return self.encode(_UNARY[number](self.decode(word)))
+
+    def binary(self, number, left, right):
+        return self.encode(_BINARY[number](self.decode(left), self.decode(right)))
+
+    def floor_divide(self, a, b):
+        return signed(a) // signed(b)
+
+    def modulo(self, a, b):
+        return signed(a) % signed(b)
 
 
 def signed(word):

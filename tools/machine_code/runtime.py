@@ -9,7 +9,7 @@ import builtins
 import types
 
 from .faults import Impure, MachineFault
-from .objects import BINARY, NO_OBJECT, UNARY, Objects, signed
+from .objects import NO_OBJECT, Objects, signed
 from .snapshot import is_open
 from .tape import Outside
 
@@ -101,10 +101,10 @@ class Runtime(Objects):
             return value
         if kind == _BOOL:
             return self.encode(value != 0)
+        if kind > _UINT:  # for another function's pointer: here an address would mean nothing
+            buffer = self.memory.buffer(value)
+            return self.encode(value if buffer is None else buffer)
         return self.encode(signed(value) if kind == _INT else value)
-
-    def is_true(self, word):
-        return int(bool(self.decode(word)))
 
     # names, attributes, elements
 
@@ -139,24 +139,10 @@ class Runtime(Objects):
         base[index] = self.decode(word)
         return self.encode(None)
 
-    # operators
-
-    def unary(self, number, word):
-        return self.encode(UNARY[number](self.decode(word)))
-
-    def binary(self, number, left, right):
-        return self.encode(BINARY[number](self.decode(left), self.decode(right)))
-
-    def floor_divide(self, a, b):
-        return signed(a) // signed(b)
-
-    def modulo(self, a, b):
-        return signed(a) % signed(b)
+    # functions, tuples
 
     def new_tuple(self, n, at):
         return self.encode(tuple(self._items(n, at)))
-
-    # functions
 
     def call(self, function, counts, at):
         return self._call(self.decode(function), counts & 0xFF, counts >> 8 & 0xFF, at)

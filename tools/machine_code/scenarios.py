@@ -4,6 +4,7 @@ and the robots through faults, other ways to get samples, and those of workouts 
 """
 
 import contextlib
+import importlib
 import os
 import tempfile
 
@@ -42,18 +43,31 @@ def flight(port):
         _fly(port, app, _FAULTS)
 
 
-def robots(port):
-    """The three robots' controllers, on a table, with motors that take what they get."""
+def _on_the_table(port, name):
+    """One robot's controllers, level, with motors that take what they get."""
     port.machine.PWM = Pwm
-    from firmware.apps import balance, platform, quad
+    kind = importlib.import_module("firmware.apps." + name)
+    app = kind.start()
+    port.run_ms(1500)  # until it may begin
+    if name == "quad":
+        app.quad.arm(app)
+        app.quad.command(300)
+    _fly(port, app, _FAULTS[:1])
 
-    for kind in (balance, platform, quad):
-        app = kind.start()
-        if kind is quad:
-            port.run_ms(1200)
-            app.quad.arm(app)
-            app.quad.command(300)
-        _fly(port, app, _FAULTS[:1])
+
+def balance(port):
+    """The balancing robot."""
+    _on_the_table(port, "balance")
+
+
+def platform(port):
+    """The stabilised platform."""
+    _on_the_table(port, "platform")
+
+
+def quad(port):
+    """The quadcopter."""
+    _on_the_table(port, "quad")
 
 
 def queue(port):
@@ -88,6 +102,10 @@ def _one_chip(moving):
     return Bus(MPU6050Chip(moving, seed=3, gyro_bias_dps=(2.0, -1.5, 1.0)))
 
 
+def _level():
+    return _one_chip(motion.Still(roll_deg=1.0))
+
+
 def _two_chips():
     return Bus(L3GD20Chip(motion.FreeMotion(4)), LSM303Chip(motion.FreeMotion(4)))
 
@@ -96,7 +114,7 @@ def _two_chips():
 PROGRAMS = {
     attitudes: None, scalars: None, control: None, mathematics: None, at_random: None,
     flight: lambda: _one_chip(motion.FreeMotion(2, rest_s=2.0)),
-    robots: lambda: _one_chip(motion.Still(roll_deg=1.0)),
+    balance: _level, platform: _level, quad: _level,
     queue: lambda: _one_chip(motion.FreeMotion(2, rest_s=2.0)),
     other_chip: _two_chips,
 }  # fmt: skip

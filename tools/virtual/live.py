@@ -33,7 +33,8 @@ RAW = b"raw REPL; CTRL-B to exit\r\n>"
 
 
 class Wire:
-    """The board's end of the line: a console for the firmware, plugged in or not."""
+    """The board's end of the line: a console for the firmware, plugged in or not. path: the
+    terminal's name."""
 
     def __init__(self, link):
         self._link = link
@@ -51,7 +52,7 @@ class Wire:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(self._link)
             os.symlink(path, self._link)
-        return self._link or path
+        self.path = self._link or path
 
     def unplug(self):
         """The line is gone for whoever has it open."""
@@ -165,6 +166,7 @@ def serve(options, wire, hand):
 
         app = App(console=wire)
         app.start()
+        print(f"port: {wire.path}", flush=True)  # from now on it answers
         repl = Repl(port, wire, {"app": app, "imu": app.imu})
         due = time.monotonic()
         while True:
@@ -201,7 +203,7 @@ def main():
     wire, hand = Wire(options.link), Hand()
     with tempfile.TemporaryDirectory() as flash:
         options.root = options.root or Path(flash)
-        print(f"port: {wire.plug()}", flush=True)
+        wire.plug()
         try:
             while serve(options, wire, hand):
                 wire.unplug()

@@ -22,6 +22,7 @@ _BAD = (None, "", "fast", -1, 1e9, float("nan"), float("inf"), True, 2.5, (), -1
 _how = st.sampled_from([None, None, None, None, "Ctrl-C", "Ctrl-C", "power cut"])
 _after = st.integers(0, 40)
 _ms = st.sampled_from([5, 20, 60, 150, 300, 700])
+_mostly = st.sampled_from([True, True, True, False])
 robots = st.sampled_from(["balance", "quad"])
 
 
@@ -45,7 +46,10 @@ def _knobs():
         values = st.sampled_from(good + good + (knob.default,) + _BAD[:1])
         made.append(st.tuples(st.just(knob.name), values | st.sampled_from(good)))
     bad = st.tuples(st.sampled_from([*(k.name for k in KNOBS), "rate", ""]), st.sampled_from(_BAD))
-    filters = st.tuples(st.just("filter"), st.sampled_from(KNOBS[8].choices))
+    filters = st.tuples(
+        st.just("filter"),
+        st.sampled_from([c for k in KNOBS if k.name == "filter" for c in k.choices]),
+    )
     return st.one_of(st.one_of(made), st.one_of(made), st.one_of(made), filters, bad)
 
 
@@ -118,11 +122,13 @@ class Walk(RuleBasedStateMachine):
 
     @rule(kind=st.sampled_from(sorted(PLAIN_FAULTS)), ms=st.sampled_from([3, 30, 120, 300, 1100]))
     def fault(self, kind, ms):
-        self.do("fault", kind=kind, ms=ms)
+        self.do("fault", kind=kind, ms=max(ms, 30) if kind == "saturation" else ms)
 
-    @rule(sensor_too=st.booleans())
-    def power_cycle(self, sensor_too):
+    @rule(sensor_too=st.booleans(), main_py=_mostly)
+    def power_cycle(self, sensor_too, main_py):
         self.do("power_cycle", sensor_too=sensor_too)
+        if main_py:
+            self.begin(main_py)
 
     # ---- the REPL
 
@@ -130,14 +136,23 @@ class Walk(RuleBasedStateMachine):
     def start(self, how, after):
         self.do("start", how=how, after=after)
 
-    @precondition(lambda self: not self.walk.world.app.running)
-    @rule()
-    def start_again(self):
+    def begin(self, held_still):
+        """Start, as a rule with the board held still."""
+        if held_still:
+            self.do("move", kind="rest")
+            self.do("wait", ms=800)
         self.do("start")
 
-    @rule()
-    def stop(self):
+    @precondition(lambda self: not self.walk.world.app.running)
+    @rule(still=_mostly)
+    def start_again(self, still):
+        self.begin(still)
+
+    @rule(start=_mostly)
+    def stop(self, start):
         self.do("stop")
+        if start:
+            self.begin(start)
 
     @rule(pair=_knobs(), how=_how, after=_after, plainly=st.booleans())
     def set(self, pair, how, after, plainly):
@@ -164,9 +179,11 @@ class Walk(RuleBasedStateMachine):
     def watch(self, key):
         self.do("watch", key=key)
 
-    @rule()
-    def calibrating(self):
+    @rule(start=_mostly)
+    def calibrating(self, start):
         self.do("calibrating")
+        if start:
+            self.begin(start)
 
     @rule(count=st.integers(1, 3))
     def readers(self, count):
@@ -181,6 +198,14 @@ class Walk(RuleBasedStateMachine):
     @rule(name=robots)
     def arm(self, name):
         self.do("arm", name=name)
+
+    @rule(name=robots)
+    def drive(self, name):
+        self.do("move", kind="rest")
+        self.do("application", name=name)
+        self.do("wait", ms=500)
+        self.do("arm", name=name)
+        self.do("wait", ms=1100 if name == "balance" else 50)
 
     @rule(name=robots)
     def disarm(self, name):

@@ -73,6 +73,8 @@ class Steps:
         made = faults.make(kind, at_s=world.now_s, for_s=ms / 1000, **PLAIN_FAULTS[kind])
         world.bus.faults.append(made)
         world.checks.trouble(world.now_s + ms / 1000)
+        if kind == "saturation" and ms < 100:  # a shock between two samples cannot be known
+            world.run(ms + 40)
 
     # ---- power
 
@@ -131,10 +133,10 @@ class Steps:
         app = world.app
         if name in ("undo", "defaults"):
             world.checks.changed()
-        world.checks.zeroing |= name == "zero_yaw"
+        if name == "zero_yaw" and app.filter is not None:
+            world.checks.zero()
+            world.checks.zeroing = True  # until the next tick
         self._call(getattr(app, name), how=how, after=after)
-        if not app.running and app.loop and name == "zero_yaw":
-            world.checks.zeroing = False
 
     def ask(self, name):
         """Something that changes nothing."""

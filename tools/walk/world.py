@@ -63,20 +63,21 @@ class World:
     def _listen(self):
         """The checks are told where a yaw begins at 0: at each start, after a filter without."""
         from firmware import wiring
+        from firmware.tick import Tick
 
-        begin, use = wiring.begin, wiring.use
+        begin, use = wiring.begin, Tick.use
 
-        def begun(app):
-            begin(app)
+        def begun(app, known):
+            begin(app, known)
             self.checks.began()
 
-        def used(app, new):
-            anew = app.filter is not None and new.knows_yaw and not app.filter.knows_yaw
-            use(app, new)
+        def used(tick, new):
+            anew = tick.now and new.knows_yaw and not tick.now[2].knows_yaw
+            use(tick, new)
             if anew:
                 self.checks.zero()
 
-        wiring.begin, wiring.use = begun, used
+        wiring.begin, Tick.use = begun, used
 
     def close(self):
         """Leave the board; its uncaught errors are checked."""

@@ -59,6 +59,7 @@ class Fixed:
 
     at_rest = False  # of filters that do not watch for it
     knows_yaw = False  # of filters of roll and pitch only
+    _made = False
     timed = False  # update() needs no dt: the period is fixed
 
     def __init__(self, rate_hz, gyro_dps, accel_g, size, pending, settings):
@@ -86,6 +87,14 @@ class Fixed:
         self.prepare(Ideal, None, settings)
         self.swap()
         self.reset()
+        self._made = True
+
+    def __setattr__(self, name, value):
+        """A name that is not there would be taken in silence, and change nothing."""
+        if self._made and name[0] != "_" and not hasattr(self, name):
+            text = "no attribute %s: settings go in by app.set(), or prepare(settings={...})"
+            raise AttributeError(text % name)
+        object.__setattr__(self, name, value)
 
     # ---- what the subclass knows
 

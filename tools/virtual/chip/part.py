@@ -152,8 +152,11 @@ class Part(BackDoor):
             sampler.every = 1
             sampler.set_cycle(settings.cycle_hz(), settings.limits, now_ns)
         else:
-            sampler.every = 1 + registers[reg.SMPLRT_DIV]
-            sampler.set_rows(*settings.filter_rows(), settings.limits, now_ns)
+            rows = settings.filter_rows()
+            # RM-MPU-6500A p. 12: behind the 8 kHz filters the divider does nothing there
+            undivided = self.profile.accel_filter_register is not None and rows[0][2] == 8000
+            sampler.every = 1 if undivided else 1 + registers[reg.SMPLRT_DIV]
+            sampler.set_rows(*rows, settings.limits, now_ns)
         awake = self._powered and not power & _SLEEP and power & 7 != _CLK_STOPPED
         sampler.switch(awake, now_ns)
         enabled = registers[reg.INT_ENABLE]

@@ -14,13 +14,15 @@ from .port import Port
 
 def install_micropython(checked=True):
     """Provide `micropython` and the names that viper annotations need, so that board code imports
-    on a PC. Not `checked`: viper code runs ten times as fast, and nothing looks at what it does.
+    on a PC. Not `checked`, in a process that has none yet: viper code runs twice as fast, and
+    nothing looks at what it does.
     """
     install_types()
-    module = sys.modules.setdefault("micropython", make_module())
-    if not checked:
-        module.viper = unchecked.viper
-    return module
+    if "micropython" not in sys.modules:
+        module = sys.modules["micropython"] = make_module()
+        if not checked:
+            module.viper = unchecked.viper
+    return sys.modules["micropython"]
 
 
 __all__ = ["Port", "ViperTypeError", "VirtualReset", "install_micropython"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`micropython.viper` on CPython without the checks: the same integers, some ten times as fast.
+"""`micropython.viper` on CPython without the checks: the same integers, about twice as fast.
 
 For long recordings of code that the checked twin has proven: what would wrap on the board would
 be another number here. A store that an element cannot hold still raises.

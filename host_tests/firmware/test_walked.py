@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""The shortest walks that broke a promise once (tools/walk), by what was wrong."""
+
+import pytest
+
+from tools.walk.steps import Steps, replay
+from tools.walk.world import BOARDS
+
+boards = pytest.mark.parametrize("board", BOARDS)
+REST = [("move", {"kind": "rest"}), ("wait", {"ms": 800}), ("start", {})]
+
+
+@boards
+def test_a_knob_set_between_calibrating_and_start_reaches_the_chip(board, tmp_path):
+    steps = [("calibrating", {}), ("set", {"knob": "gyro_dps", "value": 2000}), ("start", {})]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("name", ["balance", "quad", "platform"])
+def test_an_application_started_again_runs_again(board, name, tmp_path):
+    steps = [*REST, ("application", {"name": name}), ("stop", {}), ("application", {"name": name})]
+    walk = Steps(board, tmp_path)
+    try:
+        for step, parameters in steps:
+            walk.do(step, **parameters)
+        assert walk.world.app.running
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
+@pytest.mark.parametrize("plainly", [False, True])
+def test_an_address_where_nobody_answers_changes_nothing(board, plainly, tmp_path):
+    steps = [*REST, ("set", {"knob": "address", "value": 0x69, "plainly": plainly})]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("verb", ["level_here", "self_test"])
+def test_a_verb_that_cannot_go_on_says_that_the_loop_stands_still(board, verb, tmp_path):
+    steps = [*REST, ("fault", {"kind": "brown_out", "ms": 1100}), ("verb", {"name": verb})]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_a_bias_that_nobody_measured_claims_nothing_in_motion(board, tmp_path):
+    steps = [
+        ("set", {"knob": "rest_s", "value": 0.0}),
+        ("move", {"kind": "free", "amplitude_deg": 25}),
+        ("start", {}),
+        ("set", {"knob": "attitude_tau_s", "value": 20.0}),
+        ("wait", {"ms": 4000}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+def test_what_nobody_measured_is_claimed_after_a_rest(tmp_path):
+    walk = Steps("hard", tmp_path)
+    try:
+        walk.do("set", knob="rest_s", value=0.0)
+        walk.do("move", kind="free", amplitude_deg=25)
+        walk.do("wait", ms=1000)
+        walk.do("start")
+        walk.do("wait", ms=1000)
+        assert walk.world.app.uncertain
+        walk.do("move", kind="rest")
+        walk.do("wait", ms=7000)  # the filter wants some seconds of rest
+        assert not walk.world.app.uncertain and not walk.world.app.stale
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
+@pytest.mark.parametrize("ms", [30, 60, 120])
+def test_a_rate_beyond_the_range_leaves_doubt(board, ms, tmp_path):
+    walk = Steps(board, tmp_path)
+    try:
+        for step, parameters in REST:
+            walk.do(step, **parameters)
+        walk.do("wait", ms=500)
+        walk.do("fault", kind="saturation", ms=ms)
+        walk.do("wait", ms=ms + 60)
+        assert walk.world.app.uncertain
+        assert walk.world.app.yaw_doubt_deg > 0.4 * ms
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
+@pytest.mark.parametrize("kind", ["arbitration", "nack", "unplugged"])
+def test_a_long_outage_of_what_swings_leaves_its_yaw_in_doubt(board, kind, tmp_path):
+    steps = [
+        *REST,
+        ("move", {"kind": "swing", "axis": "yaw", "amplitude_deg": 30, "hz": 0.4}),
+        ("wait", {"ms": 2500}),
+        ("fault", {"kind": kind, "ms": 1100}),
+        ("wait", {"ms": 1600}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_zero_yaw_ahead_of_a_pause_is_that_of_the_call(board, tmp_path):
+    steps = [
+        *REST,
+        ("move", {"kind": "turn", "rate_dps": -100}),
+        ("wait", {"ms": 2000}),
+        ("verb", {"name": "zero_yaw"}),
+        ("pause", {"ms": 300, "masked": True}),
+        ("wait", {"ms": 500}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("knob", ["drive", "rate_hz"])
+def test_a_pause_ahead_of_the_first_tick_is_a_gap(board, knob, tmp_path):
+    value = {"drive": "data-ready", "rate_hz": 500}[knob]
+    steps = [
+        *REST,
+        ("wait", {"ms": 1500}),
+        ("set", {"knob": knob, "value": value}),
+        ("move", {"kind": "turn", "rate_dps": -100}),
+        ("pause", {"ms": 1200, "masked": True}),
+        ("wait", {"ms": 500}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_a_start_in_motion_with_a_stored_bias_claims_nothing_at_first(board, tmp_path):
+    steps = [
+        *REST,
+        ("verb", {"name": "level_here"}),
+        ("set", {"knob": "rest_s", "value": 0.0}),
+        ("move", {"kind": "free", "amplitude_deg": 25}),
+        ("wait", {"ms": 900}),
+        ("start", {}),
+        ("wait", {"ms": 700}),
+        ("start", {}),
+        ("wait", {"ms": 1000}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("name", ["attitude", "float.attitude"])
+def test_a_rate_beyond_the_range_is_doubted_at_once(board, name, tmp_path):
+    steps = [
+        ("set", {"knob": "filter", "value": name}),
+        *REST,
+        ("wait", {"ms": 500}),
+        ("fault", {"kind": "saturation", "ms": 120}),
+        ("set", {"knob": "burst", "value": "blocking"}),
+        ("wait", {"ms": 300}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_a_long_failsafe_is_no_licence_to_claim_an_old_angle(board, tmp_path):
+    steps = [
+        ("set", {"knob": "failsafe_ms", "value": 3000}),
+        *REST,
+        ("move", {"kind": "swing", "axis": "roll", "amplitude_deg": 30, "hz": 0.4}),
+        ("wait", {"ms": 2000}),
+        ("fault", {"kind": "nack", "ms": 1100}),
+        ("wait", {"ms": 1100}),
+    ]
+    replay(board, steps, tmp_path)

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Settings from recordings: filters against the best hindsight, noise at rest, vibration."""
