@@ -94,8 +94,8 @@ class App:
         self.tick.after = self.foreground.after
         self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
-        self._watched = False
-        self._attached = []
+        self._watched = 0  # ms of the watchdog that runs
+        self._attached = {}  # type: dict  # applications by name
         self._past = []
 
     def _believe_knobs(self):
@@ -140,12 +140,15 @@ class App:
 
     def _start(self):
         self.stop()
+        feed = self.outputs.feed  # of a watchdog that runs since an earlier start
+        if feed:
+            feed()
         for other in self._running:
-            if self._same_sensor(other):
+            if other.board.i2c_id == self.board.i2c_id:
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         startup.check(self.config)
         self._find_sensor()
-        began = learning.begin(self.imu, self.config)
+        began = learning.begin(self.imu, self.config, feed)
         self.calibration = began.calibration
         for text in self.warnings + began.warnings:
             print("warning:", text)
@@ -153,9 +156,7 @@ class App:
         wiring.adopt_sensor(self, began.known)
         wiring.settle(self)
         wiring.wire(self, None)
-        if self.config.watchdog_ms and not self._watched:
-            self._watched = True
-            self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
+        self._watch()
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
         wiring.begin(self, began.still)
@@ -172,9 +173,11 @@ class App:
             self._running.remove(self)
         if not self.running:
             return
-        self.loop.stop()
-        self.bus.forget()
-        self.outputs.safe()
+        try:
+            self.loop.stop()
+            self.bus.forget()
+        finally:  # also after a Ctrl-C
+            self.outputs.safe()
         try:
             keep_learned(self.learning.learned(), self.imu)
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
@@ -187,17 +190,18 @@ class App:
         else:
             startup.again(self.imu, self.board, self.config)
 
-    def _same_sensor(self, other):
-        return (
-            other.board.i2c_id == self.board.i2c_id
-            and other.config.address == self.config.address
-        )
+    def _watch(self):
+        """The watchdog as its knob says; one that runs can be made another, never stopped."""
+        ms = self.config.watchdog_ms
+        if ms and ms != self._watched:
+            self._watched = ms
+            self.outputs.watch(self.board.watchdog(ms).feed)
 
     def paused(self, work):
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
-        self.stop()
         try:
+            self.stop()
             self._find_sensor()
             return work(self.imu)
         finally:
@@ -234,7 +238,7 @@ class App:
 
     def _apply(self, name, before):
         config = self.config
-        if self.loop is None:
+        if self.loop is None or self.imu is None:
             startup.check(config)
             return
         startup.sensor_rate_hz(config)
@@ -251,6 +255,9 @@ class App:
             wiring.prepare(self, settings=filters.settings(config, self.imu))
         elif name.split("_")[0] in self._attached:
             self.outputs.tune(self.period_us)
+        elif name == "watchdog_ms":
+            if self.running:
+                self._watch()
         else:
             wiring.settle(self)
 
@@ -271,6 +278,8 @@ class App:
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
         self.config.show(PACE + ("address",))
+        if self._watched and not self.config.watchdog_ms:
+            print("a watchdog of %d ms goes on until the board's reset" % self._watched)
 
     def changed(self):
         """{name: value} of the knobs that differ from their defaults."""
@@ -302,12 +311,13 @@ class App:
 
     def has(self, name):
         """Whether the application of this name runs on this app."""
-        return name in self._attached
+        controller = self._attached.get(name)
+        return controller is not None and self.outputs.has(controller.update)
 
     def attach(self, name, controller):
         """Let a controller of firmware.apps drive, and run. It has update(app), safe() and
         tune(period_us), which is called also when one of its knobs (NAME_...) changes."""
-        self._attached.append(name)
+        self._attached[name] = controller
         self.outputs.add(controller.update, controller.safe, hard=True, tune=controller.tune)
         if not self.running:
             self.start()
@@ -353,8 +363,14 @@ class App:
 
     # ---- what one asks
 
+    def _must_run(self):
+        if not self.running:
+            raise ValueError("the loop does not run: app.start()")
+
     def sample(self):
         """A firmware.sample.Sample: the whole estimate of one tick, and whether to believe it."""
+        if self.imu is None:
+            self._must_run()
         words = self._copy
         while not estimate.read(self.tick.est, words):
             pass
@@ -368,17 +384,21 @@ class App:
 
     def report(self):
         """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
+        self._must_run()
         from firmware.report import report
 
         return report(self)
 
     def watch(self, seconds=None):
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
+        self._must_run()
         self.tick.words[_DUE] = 0  # the foreground follows each tick from now on
         self.telemetry.watch(seconds)
 
     def samples(self):
         """`async for app in app.samples()`: wakes after each step; any number of readers."""
+        if self.loop is None:
+            self._must_run()
         return self.loop.samples(self)
 
     def self_test(self):

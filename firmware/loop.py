@@ -62,7 +62,8 @@ class Loop:
         """End ticking; a call still queued does nothing."""
         self._timing.stop()
         while self._sources:
-            self._sources.pop().deinit()
+            self._sources[-1].deinit()  # first: a Ctrl-C in between leaves it to the next stop()
+            self._sources.pop()
 
     def samples(self, item=None):
         """`async for item in loop.samples(item)`: wakes after each step; any number of readers.

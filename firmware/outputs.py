@@ -89,6 +89,13 @@ class Outputs:
                 return
         raise ValueError("not among the outputs: %s" % _name(update))
 
+    def has(self, update):
+        """Whether this function is among them."""
+        for row in self._rows:
+            if row[0] == update:
+                return True
+        return False
+
     def clear(self):
         """Take all functions away, their outputs safe."""
         rows, self._rows = self._rows, []
@@ -108,9 +115,14 @@ class Outputs:
                 row[3](period_us)
 
     def safe(self):
-        """Put every output into its safe state: the loop stops."""
-        self._drive.safe()
-        self.mend()
+        """Put every output into its safe state: the loop stops. A Ctrl-C in it is raised after."""
+        try:
+            self._drive.safe()
+            self.mend()
+        except KeyboardInterrupt:
+            self._drive.safe()
+            self.mend()
+            raise
 
     def run(self, missed):
         """After a tick: the soft functions, with the newest estimate; `missed` ticks had none."""

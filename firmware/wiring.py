@@ -74,8 +74,8 @@ def settle(app):
     words, config = app.tick.words, app.config
     words[_STALE_US] = config.failsafe_ms * 1000
     words[_RING_US] = 1000000 // config.dlpf_hz
-    words[_LIMIT] = config.output_failures
-    words[_PATIENCE] = max(2, config.failsafe_ms * config.rate_hz // 1000)
+    words[_PATIENCE] = patience = max(2, config.failsafe_ms * config.rate_hz // 1000)
+    words[_LIMIT] = min(config.output_failures, patience)
     # a slower sensor's bursts come again
     judge.allow(app.tick.memory, 10 + 3 * config.rate_hz // config.sensor_hz)
     app.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
@@ -129,8 +129,10 @@ def renew(app, old):
     try:
         if old is not None:
             words[_PAUSE] = 1  # the old one does not move while it is looked at
-            new.go_on_from(old, since_us(app))
             gap = app.tick.gap
+            if not words[_AGE_US]:  # what comes until the next sample is bridged from here
+                gap.open(old, app.tick.memory)
+            new.go_on_from(old, since_us(app))
             gap.rescale(GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
         use(app, new)
     finally:  # also after a Ctrl-C

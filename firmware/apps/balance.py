@@ -57,7 +57,7 @@ class Balance:
 
     def arm(self, app=None):
         """Let the motors turn once it stands upright. ValueError says why not."""
-        refuse(app or self._app)
+        refuse(app or self._app, "balance")
         self._begin()
         self.armed = True
 

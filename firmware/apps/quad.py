@@ -69,7 +69,7 @@ class Quad:
     def arm(self, app=None):
         """Let the motors turn. ValueError says why not."""
         app = app or self._app
-        refuse(app)
+        refuse(app, "quad")
         if not app.filter.knows_yaw:
             text = "not armed: the filter %s does not know the yaw; app.set('filter', 'attitude')"
             raise ValueError(text % app.config.filter)
