@@ -77,7 +77,8 @@ def settle(app):
     words[_PATIENCE] = patience = max(2, config.failsafe_ms * config.rate_hz // 1000)
     words[_LIMIT] = min(config.output_failures, patience)
     # a slower sensor's bursts come again
-    judge.allow(app.tick.memory, 10 + 3 * config.rate_hz // config.sensor_hz)
+    repeats = 10 + 3 * config.rate_hz // config.sensor_hz
+    judge.allow(app.tick.memory, repeats, config.gyro_dps, config.rate_hz)
     app.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
 
 

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from host_tests.firmware.test_gaps import BOARDS, Rig, Turn
-from tools.plants.settings import push_lean_deg, step_peak_deg
+from tools.plants.settings import check, jobs
 from tools.virtual.motion import Still
 from tools.virtual.port import install_micropython
 
@@ -231,20 +231,8 @@ def test_whatever_set_takes_and_save_writes_starts_the_next_time(changes, board)
 # ---- robots (all of them: python -m tools.plants.settings)
 
 
-@pytest.mark.parametrize("mounting, knobs", [
-    (("-x", "+z"), {"gyro_dps": 500, "rate_hz": 250}),
-    (("+y", "-x"), {"gyro_dps": 2000, "rate_hz": 500, "dlpf_hz": 44}),
-    (("+z", "-y"), {"gyro_dps": 1000, "rate_hz": 1000, "dlpf_hz": 184}),
-], ids=str)  # fmt: skip
-def test_a_robot_stands_after_a_push_however_its_sensor_is_mounted(mounting, knobs):
-    assert push_lean_deg(mounting, **knobs) < 5.0
-
-
-def test_a_quad_steps_alike_however_its_sensor_is_mounted():
-    for mounting, knobs in (
-        (("-y", "-z"), {"gyro_dps": 1000}),
-        (("+z", "+x"), {"gyro_dps": 2000, "dlpf_hz": 184}),
-    ):
-        straight = step_peak_deg(**knobs)
-        assert 15 < straight < 30
-        assert step_peak_deg(mounting, **knobs) == pytest.approx(straight, rel=0.1)
+@pytest.mark.parametrize("job", jobs(101), ids=str)
+def test_robots_stand_and_step_whatever_the_range_the_rate_the_low_pass_and_the_mounting(job):
+    good, value, ratio, _ = check(job)
+    print("%.2f degrees, to the straight one %.3f" % (value, ratio))
+    assert good
