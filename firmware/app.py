@@ -23,7 +23,7 @@ from firmware import filters, learning, sample, startup, wiring
 from firmware.board import find
 from firmware.bus import Bus
 from firmware.calibration import keep_learned
-from firmware.config import KNOBS, Config, checked
+from firmware.config import KNOBS, Config
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
 from firmware.stream import Stream
@@ -213,53 +213,61 @@ class App:
     def set(self, name, value):
         """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
         the sensor does not take it; then all is as it was."""
+        self._change({name: value})
+
+    def _change(self, values):
+        """All of these knobs, or none."""
         config = self.config
         before, running = config.values(), self.running
-        config.set(name, value)
         try:
-            self._apply(name, before)
+            for name in values:
+                config.set(name, values[name])
+        except ValueError:
+            config.take(before)
+            raise
+        try:
+            self._apply(values, before)
         except BaseException:
             config.take(before)
-            self._take_back(name, running)
+            self._take_back(values, running)
             raise
-        self._past = self._past[1 - _UNDO :] + [(name, before[name])]
-        self.stream.changed(None if name in ALL_OVER else name)
+        self._past = self._past[1 - _UNDO :] + [{name: before[name] for name in values}]
+        for name in values:
+            self.stream.changed(None if name in ALL_OVER else name)
 
-    def _take_back(self, name, running):
+    def _take_back(self, names, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
         try:
-            if self.loop and (name in CHIP or name in PACE):
-                wiring.change(self, name in PACE)
+            if self.loop and _any(names, CHIP + PACE):
+                wiring.change(self, _any(names, PACE))
             if running and not self.running:
                 self.loop.start()
         finally:
             if running and not self.running:
                 self.outputs.safe()
 
-    def _apply(self, name, before):
+    def _apply(self, names, before):
         config = self.config
         if self.loop is None or self.imu is None:
             startup.check(config)
             return
         startup.sensor_rate_hz(config)
-        if name in CHIP or name in PACE:
-            wiring.change(self, name in PACE)
-        elif name == "address":
+        if config.address != before["address"]:
             self._change_sensor(before)
-        elif name == "filter":
-            if filters.is_timed(config.filter) != self.filter.timed:
-                wiring.change(self, True)
-            else:
-                wiring.renew(self, self.filter)
-        elif name in filters.SETTINGS[config.filter]:
-            wiring.prepare(self, settings=filters.settings(config, self.imu))
-        elif name.split("_")[0] in self._attached:
-            self.outputs.tune(self.period_us)
-        elif name == "watchdog_ms":
-            if self.running:
-                self._watch()
+            return
+        pace = _any(names, PACE) or filters.is_timed(config.filter) != self.filter.timed
+        if pace or _any(names, CHIP):
+            wiring.change(self, pace)
         else:
+            if "filter" in names:
+                wiring.renew(self, self.filter)
+            elif _any(names, filters.SETTINGS[config.filter]):
+                wiring.prepare(self, settings=filters.settings(config, self.imu))
             wiring.settle(self)
+        if _any([name.split("_")[0] for name in names], self._attached):
+            self.outputs.tune(self.period_us)
+        if self.running:
+            self._watch()
 
     def _change_sensor(self, before):
         running, old = self.running, self.imu
@@ -286,21 +294,19 @@ class App:
         return self.config.changed()
 
     def undo(self):
-        """Take back the last set(); returns (name, value) as it is again, None: nothing left."""
-        if not self._past:
-            return None
-        name, value = self._past[-1]
-        past = self._past[:-1]
-        self.set(name, value)
-        self._past = past
-        return name, value
+        """Take back the last set() or defaults(); returns {name: value} as it is again."""
+        past = self._past
+        if not past:
+            return {}
+        self._change(past[-1])
+        self._past = past[:-1]
+        return past[-1]
 
     def defaults(self):
         """All knobs back to their defaults, at once; save() keeps that."""
         changed = self.config.changed()
-        for knob in KNOBS:
-            if knob.name in changed:
-                self.set(knob.name, checked(knob.name, knob.default))
+        if changed:
+            self._change({knob.name: knob.default for knob in KNOBS if knob.name in changed})
 
     def save(self):
         """Keep the knobs on the flash, for the next start. OSError when it refuses."""
@@ -460,6 +466,13 @@ class App:
     def uncertain(self):
         """True while the estimate is fresh but not known well enough to be claimed."""
         return not self.stale and self.tick.est[_UNCERTAIN] != 0
+
+
+def _any(names, among):
+    for name in names:
+        if name in among:
+            return True
+    return False
 
 
 micropython.alloc_emergency_exception_buf(200)  # also where boot.py is the user's own
