@@ -219,27 +219,27 @@ class App:
         """All of these knobs, or none."""
         config = self.config
         before, running = config.values(), self.running
+        allowed = False
         try:
             for name in values:
                 config.set(name, values[name])
-        except ValueError:
-            config.take(before)
-            raise
-        try:
+            allowed = True
             self._apply(values, before)
-        except BaseException:
+            past = self._past[1 - _UNDO :] + [{name: before[name] for name in values}]
+            for name in values:
+                self.stream.changed(None if name in ALL_OVER else name)
+            self._past = past
+        except BaseException:  # a Ctrl-C too
             config.take(before)
-            self._take_back(values, running)
+            if allowed:
+                self._take_back(values, running)
             raise
-        self._past = self._past[1 - _UNDO :] + [{name: before[name] for name in values}]
-        for name in values:
-            self.stream.changed(None if name in ALL_OVER else name)
 
     def _take_back(self, names, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
         try:
-            if self.loop and _any(names, CHIP + PACE):
-                wiring.change(self, _any(names, PACE))
+            if self.loop and self.imu:
+                self._put(names)
             if running and not self.running:
                 self.loop.start()
         finally:
@@ -254,7 +254,12 @@ class App:
         startup.sensor_rate_hz(config)
         if config.address != before["address"]:
             self._change_sensor(before)
-            return
+        else:
+            self._put(names)
+
+    def _put(self, names):
+        """What these knobs say now, into all that works with it."""
+        config = self.config
         pace = _any(names, PACE) or filters.is_timed(config.filter) != self.filter.timed
         if pace or _any(names, CHIP):
             wiring.change(self, pace)

@@ -134,7 +134,8 @@ def renew(app, old):
             if not words[_AGE_US]:  # what comes until the next sample is bridged from here
                 gap.open(old, app.tick.memory)
             new.go_on_from(old, since_us(app))
-            gap.rescale(GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
+            was, now = GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps]
+            gap.rescale(app.tick.memory, was, now)
         use(app, new)
     finally:  # also after a Ctrl-C
         words[_PAUSE] = 0

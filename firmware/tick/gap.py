@@ -90,6 +90,10 @@ def _doubt(out: ptr32, before: ptr32, gap_us: int) -> int:
     return most
 
 
+def _scaled(count, was_lsb, is_lsb):
+    return max(-32767, min(32767, round(count * is_lsb / was_lsb)))
+
+
 class Gap:
     """The bridge over one gap at a time; `words` are firmware.tick.words'."""
 
@@ -98,11 +102,13 @@ class Gap:
         self._held = array("h", [0] * 7)  # the last good burst before the gap
         self._rates = array("i", [0] * 4)  # and the filter's rates, mdeg/s; 1: at rest
 
-    def rescale(self, was_lsb, is_lsb):
-        """The gyro's range has changed: counts per deg/s before and now."""
+    def rescale(self, memory, was_lsb, is_lsb):
+        """The gyro's range has changed: counts per deg/s before and now. `memory`, which begins
+        with the last good burst, is that of a tick that comes before the first new one."""
         held = self._held
         for i in range(4, 7):
-            held[i] = max(-32767, min(32767, round(held[i] * is_lsb / was_lsb)))
+            held[i] = _scaled(held[i], was_lsb, is_lsb)
+            memory[i] = _scaled((memory[i] ^ 0x8000) - 0x8000, was_lsb, is_lsb) & 0xFFFF
 
     @micropython.native
     def open(self, filter, memory):

@@ -116,7 +116,7 @@ class Checks:
         assert world.port.errors == [], world.port.errors
         assert app.tick.words[_ERRORS] == 0, app.tick.error
         assert app.foreground.error is None, repr(app.foreground.error)
-        raised = sum(motor.raised for motor in world.motors)
+        raised = sum(motor.raised for motor in world.made)
         assert app.outputs.failed <= raised, repr(app.outputs.error)
 
     def _drift(self, dt_s):

@@ -238,6 +238,7 @@ class Steps:
         world = self.world
         motor = Motor(world.port.clock, hard)
         world.motors.append(motor)
+        world.made.append(motor)
         self._call(lambda: world.app.outputs.add(motor.update, motor.safe, hard=hard))
 
     def output_fails(self, error, safe=False):

@@ -56,6 +56,7 @@ class World:
 
         self._after = None
         self.motors = []  # tools.walk.motor.Motor: the user's own outputs
+        self.made = []  # those that were taken away too
         self._listen()
         self.app = App()
         self.port.connect_int(self.chip, self.app.board.int_pin)
