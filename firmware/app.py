@@ -248,6 +248,9 @@ class App:
 
     def _apply(self, names, before):
         config = self.config
+        for controller in self._attached.values():
+            if hasattr(controller, "check"):
+                controller.check(config)
         if self.loop is None or self.imu is None:
             startup.check(config)
             return
@@ -327,7 +330,8 @@ class App:
 
     def attach(self, name, controller):
         """Let a controller of firmware.apps drive, and run. It has update(app), safe() and
-        tune(period_us), which is called also when one of its knobs (NAME_...) changes."""
+        tune(period_us), which is called also when one of its knobs (NAME_...) changes; where it
+        has check(config), that refuses knobs with a ValueError."""
         self._attached[name] = controller
         self.outputs.add(controller.update, controller.safe, hard=True, tune=controller.tune)
         if not self.running:

@@ -23,6 +23,7 @@ _LEAD_US = const(450)  # a burst takes 400 us on the bus
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
+_GUARD_US = const(50000)
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
 _NO = (0.0, 0.0, 0.0)
@@ -98,7 +99,8 @@ def wire(app, old):
         rate_hz,
         grid=on_timer,
         lead_us=lead_us,
-        guard=None if on_timer else board.ticking(board.timer, hard and board.has_hard(True)),
+        guard=board.ticking(board.timer, hard and board.has_hard(True)),
+        guard_us=min(_GUARD_US, 333 * config.failsafe_ms) if on_timer else 0,
     )
     app.loop.readers = readers
     app.period_us = app.loop.period_us
@@ -215,6 +217,16 @@ def change(app, pace):
     if pace and running:
         words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
         app.loop.start()
+
+
+def revive(app):
+    """The timer of the ticks has died: another one; what was missed is a gap like others."""
+    loop, words = app.loop, app.tick.words
+    loop.stop()
+    last = (time.ticks_us() - loop.since_us()) & _WRAP
+    words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
+    words[_ODD] = 1
+    loop.start()
 
 
 def prepare(app, **what):

@@ -83,6 +83,12 @@ class Quad:
             self.control.reset()
         self.escs.arm(throttle, max(abs(tilt[0]), abs(tilt[1])))
 
+    def check(self, config):
+        """ValueError where it flies, and these knobs would take from it what it steers by."""
+        if self.armed and not config.filter.endswith("attitude"):
+            text = "the quad is armed, and the filter %s does not know the yaw"
+            raise ValueError(text % config.filter)
+
     def disarm(self):
         """Motors off, until arm()."""
         self.safe()

@@ -134,6 +134,51 @@ def test_a_file_that_was_edited_by_hand_is_taken_line_by_line(tmp_path, capsys):
         app.stop()
 
 
+EDITS = {  # by hand: the text before -> after
+    "ends of lines": lambda text: text.replace("\n", "\r\n"),
+    "a mark of the encoding": lambda text: "\ufeff" + text,
+    "no end of the last line": lambda text: text.rstrip("\n"),
+    "no blanks": lambda text: text.replace(" = ", "="),
+    "many blanks": lambda text: text.replace(" = ", "\t =  ").replace("\n", "  \n"),
+    "blank lines": lambda text: text.replace("\n", "\n\n"),
+    "a comment": lambda text: text.replace("rest_s", "# höher: später\nrest_s"),
+    "a line of rubbish": lambda text: text.replace("rest_s", "rubbish here\nrest_s"),
+    "a name that is none": lambda text: text.replace("rest_s", "rat_hz = 7\nrest_s"),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_a_file_that_an_editor_wrote_otherwise_is_taken(edit, tmp_path):
+    with Rig("hard", Still(), tmp_path) as rig:
+        rig.app.set("rate_hz", 200)
+        rig.app.set("gyro_dps", 1000)
+        rig.app.save()
+        path = tmp_path / "config.txt"
+        text = path.read_text().replace("rate_hz = 200", "rate_hz = 400")
+        path.write_bytes(EDITS[edit](text).encode())
+        app = type(rig.app)()
+        assert app.config.rate_hz == 400 and app.config.gyro_dps == 1000, app.warnings
+        assert "edited by hand" in app.warnings[0]
+        if "rubbish" in edit:
+            assert any("no knob rubbish here" in text for text in app.warnings)
+        if "none" in edit:
+            assert any("no knob rat_hz: did you mean rate_hz?" in text for text in app.warnings)
+        app.save()
+        assert type(rig.app)().warnings == []
+
+
+def test_a_file_that_was_cut_is_no_edit(tmp_path):
+    with Rig("hard", Still(), tmp_path) as rig:
+        rig.app.set("rate_hz", 200)
+        rig.app.save()
+        path = tmp_path / "config.txt"
+        text = path.read_text()
+        for at in range(0, len(text) - 13, 7):
+            path.write_text(text[:at])
+            app = type(rig.app)()
+            assert app.config.changed() == {} and "defaults used" in str(app.warnings)
+
+
 def test_what_an_app_is_and_can_is_told(tmp_path, capsys):
     with Rig("hard", Still(), tmp_path) as rig:
         assert "not started" in repr(rig.app)
