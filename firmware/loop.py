@@ -8,7 +8,6 @@ it missed are skipped: the loop never bursts to catch up.
 
 import time
 
-import micropython
 from micropython import const
 
 _FAR_US = 1 << 29  # half of the ticks' wrap
@@ -97,7 +96,6 @@ class Loop:
         out["edges_missing"] = self.edges_missing
         return out
 
-    @micropython.native
     def since_us(self):
         """Microseconds since the last tick; beyond 9 minutes a large number."""
         passed = time.ticks_diff(time.ticks_us(), self._timing.last_us())
@@ -107,7 +105,6 @@ class Loop:
         """Mean period since the last call, lost ticks included, rounded; 0 when unknown."""
         return self._timing.recent_period_us()
 
-    @micropython.native
     def _watch_edges(self, source):
         if self.since_us() > self.period_us + (self.period_us >> 1):
             self.edges_missing += 1

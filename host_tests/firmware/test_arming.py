@@ -136,7 +136,7 @@ def _raising(rig, app):
 
 def _one_axis(rig, app):
     if app.has("quad"):
-        with pytest.raises(ValueError, match="armed, and the filter kalman2 does not know the yaw"):
+        with pytest.raises(ValueError, match="armed, and the filter kalman2 does not know"):
             app.set("filter", "kalman2")
         assert app.config.filter == "attitude"
     else:

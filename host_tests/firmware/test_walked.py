@@ -294,8 +294,10 @@ def test_a_safe_that_raises_once_is_called_again_when_taken_away(
 
 
 @boards
-@pytest.mark.parametrize("knob, value", [("sensor_hz", 200), ("rate_hz", 500), ("dlpf_hz", 94),
-                                         ("filter", "float.attitude"), ("failsafe_ms", 200)])  # fmt: skip
+@pytest.mark.parametrize("knob, value", [
+    ("sensor_hz", 200), ("rate_hz", 500), ("dlpf_hz", 94), ("filter", "float.attitude"),
+    ("failsafe_ms", 200),
+])  # fmt: skip
 @pytest.mark.parametrize("runs", [False, True])
 def test_ctrl_c_anywhere_in_set_leaves_the_knob_as_it_was(board, knob, value, runs, tmp_path):
     steps = list(REST) if runs else []

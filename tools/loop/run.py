@@ -49,7 +49,7 @@ _LEAST_S = 0.4  # a brown-out under way is not over in less
 
 
 def board_for(version, moved=None, **chip):
-    """(VirtualPico with the project on it, its bus); nothing runs yet. Without `moved` it swings."""
+    """(VirtualPico with the project on it, its bus); nothing runs yet. moved: None, it swings."""
     moved = moved or motion.Sinusoid(20.0, 0.5, "roll")
     bus = Bus(MPU6050Chip(moved, seed=3, gyro_bias_dps=(2, -1, 1), **chip))
     files = {"config.txt": settings_file(rest_s=0.05)}
