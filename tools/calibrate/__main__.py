@@ -14,7 +14,6 @@ import datetime
 import math
 import sys
 
-
 from tools.deploy.link import DeployError, Gone, Link, Raised
 
 _INTRO = """Lay the sensor as each line says, take your hand off it, press Enter. Side +x is where
