@@ -19,9 +19,8 @@ from array import array
 import micropython
 from micropython import const
 
-from firmware import filters, learning, sample, startup, wiring
-from firmware.board import find
-from firmware.bus import Bus
+from firmware import board as boards
+from firmware import bus, filters, learning, sample, startup, wiring
 from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config, checked
 from firmware.foreground import Foreground
@@ -42,7 +41,8 @@ _YAW_DOUBT = const(28)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
-ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
+PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin_int")
+ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 _UNDO = const(20)
 
 _HELP = """app.start(), app.stop()            run in the background; end
@@ -63,6 +63,10 @@ with app.bus: ...                  other devices on the sensor's bus"""
 class App:
     """One sensor, one filter, one loop, running.
 
+    name: of a second one, for a second sensor: its files are NAME.config.txt and
+    NAME.calibration.txt. sensor: another kind than the MPU6050, a class with its interface
+    (lib/mpu6050), such as minimu9.MinIMU9.
+
     Attributes: config, board, imu, calibration, filter, outputs, telemetry, loop, tick, bus,
     warnings (texts); for controllers angles_mdeg and rates_mdps (live, 3 each, robot's frame)
     and period_us (of the ticks, as measured).
@@ -75,14 +79,15 @@ class App:
         """The App that runs, the one started last, or None."""
         return cls._running[-1] if cls._running else None
 
-    def __init__(self, board=None, console=None):
-        self.board = board or find()
-        self.config = Config()
+    def __init__(self, board=None, console=None, name="", sensor=None):
+        self.board = board or boards.here()
+        self.kind = sensor
+        self.config = Config(name)
         self.warnings = self.config.load()
         self._believe_knobs()
         self.config.change = self.set
         self.tick = Tick()
-        self.bus = Bus()
+        self.bus = bus.of(0)
         self.telemetry = Telemetry(console or Console())
         self.period_us = 0
         self.tick_kind = "soft"
@@ -102,7 +107,9 @@ class App:
         """Knobs from the flash that do not go together never stop a start."""
         if self.config.changed():
             try:
-                startup.check(self.config)
+                startup.check(self.config, self.board)
+            except OSError:
+                pass  # of a board whose pins nobody knows: start() says it
             except ValueError as error:
                 self.warnings.append("knobs on the flash: %s; all have their defaults" % error)
                 self.config.reset()
@@ -140,14 +147,15 @@ class App:
 
     def _start(self):
         self.stop()
+        self.board.check_version()
+        startup.check(self.config, self.board)
         for other in self._running:
             if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
-        startup.check(self.config)
         self._find_sensor()
         began = learning.begin(self.imu, self.config)
         self.calibration = began.calibration
-        for text in self.warnings + began.warnings:
+        for text in self.warnings + began.warnings + self.board.warnings():
             print("warning:", text)
         self.warnings = began.warnings
         wiring.adopt_sensor(self, began.known)
@@ -176,22 +184,26 @@ class App:
         self.bus.forget()
         self.outputs.safe()
         try:
-            keep_learned(self.learning.learned(), self.imu)
+            keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
     def _find_sensor(self):
         """`imu` is there and measures as the knobs say. OSError says what to check."""
+        self.board.use(self.config)
+        self.bus = bus.of(self.board.i2c_id)
         if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+            self.imu = startup.sensor(self.board, self.config, self.kind)
         else:
             startup.again(self.imu, self.board, self.config)
 
     def _same_sensor(self, other):
-        return (
-            other.board.i2c_id == self.board.i2c_id
-            and other.config.address == self.config.address
-        )
+        mine, its = self.board, other.board
+        same_wires = (mine.i2c_id, mine.sda, mine.scl) == (its.i2c_id, its.sda, its.scl)
+        if mine.i2c_id == its.i2c_id and not same_wires:
+            text = "I2C%d has the pins SDA GP%d, SCL GP%d for a running App: set the knob bus"
+            raise OSError(text % (its.i2c_id, its.sda, its.scl))
+        return same_wires and other.config.address == self.config.address
 
     def paused(self, work):
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
@@ -234,14 +246,15 @@ class App:
 
     def _apply(self, name, before):
         config = self.config
+        if name in PLACE or name.startswith("pin_"):
+            self._move(name, before)
+            return
         if self.loop is None:
             startup.check(config)
             return
         startup.sensor_rate_hz(config)
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
-        elif name == "address":
-            self._change_sensor(before)
         elif name == "filter":
             if filters.is_timed(config.filter) != self.filter.timed:
                 wiring.change(self, True)
@@ -254,6 +267,19 @@ class App:
         else:
             wiring.settle(self)
 
+    def _move(self, name, before):
+        """A knob of the board, or of where the sensor is: pins are looked at together when it
+        starts, since they can only be changed one by one."""
+        if name.startswith("pin_"):
+            self.board.check_pin(name, getattr(self.config, name))
+        if not self.running:
+            self.imu = None
+        elif name.startswith("pin_out"):
+            self.board.use(self.config)
+        else:
+            startup.check(self.config, self.board)
+            self._change_sensor(before)
+
     def _change_sensor(self, before):
         running, old = self.running, self.imu
         self.stop()
@@ -263,6 +289,7 @@ class App:
                 self._start()
         except BaseException:
             self.config.take(before)
+            self.board.use(self.config)
             old.use_bus(self.board.i2c())  # the search for the other one has used its wires
             self.imu = old
             self._begin(True)
@@ -270,7 +297,7 @@ class App:
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
-        self.config.show(PACE + ("address",))
+        self.config.show(PACE + PLACE)
 
     def changed(self):
         """{name: value} of the knobs that differ from their defaults."""
@@ -329,7 +356,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         def measure(imu):
-            steps = Calibrating(imu)
+            steps = Calibrating(imu, self.config.calibration_path)
             steps.here()
             return steps.save()
 
@@ -393,7 +420,7 @@ class App:
 
         self.stop()
         self._find_sensor()
-        return Calibrating(self.imu)
+        return Calibrating(self.imu, self.config.calibration_path)
 
     @property
     def roll_deg(self):

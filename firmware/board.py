@@ -49,10 +49,10 @@ class Board:
         """
         row = self.row
         pins = [row.sda, row.scl, row.int_pin]
-        for i, (knob, use) in enumerate(_PINS):
+        for i, knob in enumerate(_PINS):
             pin = getattr(config, knob)
+            self.check_pin(knob, pin)
             if pin >= 0:
-                self._check(knob, pin, use)
                 pins[i] = pin
         if pins[0] is None or pins[1] is None:
             raise OSError(ENODEV, self._unknown("pin_sda and pin_scl"))
@@ -62,8 +62,8 @@ class Board:
         outputs = []
         for i, knob in enumerate(_OUTPUTS):
             pin = getattr(config, knob)
+            self.check_pin(knob, pin)
             if pin >= 0:
-                self._check(knob, pin, "out")
                 outputs.append(pin)
             elif i < len(row.outputs):
                 outputs.append(row.outputs[i])
@@ -76,8 +76,9 @@ class Board:
         self.outputs = tuple(outputs)
         self.i2c_id, self.bus_hz = bus, config.bus_hz
 
-    def _check(self, knob, pin, use):
-        why = chips.reason(self.row, pin, use)
+    def check_pin(self, knob, pin):
+        """ValueError where this pin, which a knob gives, cannot be what the knob says."""
+        why = "" if pin < 0 else chips.reason(self.row, pin, knob.split("_")[1])
         if why:
             raise ValueError("%s = %d, on %s: %s" % (knob, pin, self.name, why))
 
@@ -93,14 +94,18 @@ class Board:
             text = "MicroPython %d.%d is too old: %s needs %d.%d or newer"
             raise OSError(ENODEV, text % (_VERSION + (self.name,) + least))
 
-    @property
-    def warning(self):
-        """What is to be said about this board and its MicroPython, a text, or empty."""
+    def warnings(self):
+        """What is to be said about this board and its MicroPython, texts."""
         if not self.soft:
-            return ""
+            return []
         text = "MicroPython %d.%d waits up to a second for a stuck bus on %s: the bus is "
         text += "bit-banged, at half its speed; %d.%d does not"
-        return text % (_VERSION + (self.name,) + self.row.deaf_before)
+        return [text % (_VERSION + (self.name,) + self.row.deaf_before)]
+
+    @property
+    def burst_us(self):
+        """How long a burst of 14 bytes takes: 17 bytes of 9 bits, starts and a stop."""
+        return 156000000 // self.bus_hz * (2 if self.soft else 1)
 
     def i2c(self):
         """The sensor's bus."""
@@ -201,7 +206,7 @@ class Board:
         return machine.WDT(timeout=timeout_ms)
 
 
-_PINS = (("pin_sda", "sda"), ("pin_scl", "scl"), ("pin_int", "int"))
+_PINS = ("pin_sda", "pin_scl", "pin_int")
 _OUTPUTS = ("pin_out_1", "pin_out_2", "pin_out_3", "pin_out_4")
 
 

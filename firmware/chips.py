@@ -22,7 +22,7 @@ class Row:
     sda = scl = int_pin = chip = None
     timers = (0, 1)
     buses, pins = 2, 64
-    least, deaf_before = (1, 22), (0, 0)
+    least, deaf_before = (1, 23), (0, 0)
 
     def __init__(self, name, platform, **facts):
         self.name, self.platform = name, platform

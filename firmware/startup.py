@@ -14,7 +14,6 @@ from micropython import const
 from mpu6050 import MPU6050, ranges
 
 from firmware import filters
-from firmware.board import diagnose
 
 _OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
 _PATIENCE_MS = const(1000)  # a supply may take 100 ms to rise (PS p. 15), a plug to be pushed in
@@ -28,22 +27,29 @@ _WAYS = (
 )
 
 
-def sensor(board, config):
-    """The driver, configured. OSError with what was seen, how often, and what to check."""
+def sensor(board, config, kind=None):
+    """The driver, configured; kind: another class than MPU6050. OSError with what was seen, how
+    often, and what to check."""
     seen = {}  # type: dict
 
     def make(i2c):
-        imu = MPU6050(
-            i2c or board.i2c(),
-            address=config.address,
-            gyro_dps=config.gyro_dps,
-            accel_g=config.accel_g,
-            dlpf_hz=config.dlpf_hz,
-            rate_hz=sensor_rate_hz(config),
-            allow_unknown=config.allow_unknown,
-            wait_ms=_EACH_MS,
-            seen=seen,
-        )
+        settings = {
+            "gyro_dps": config.gyro_dps,
+            "accel_g": config.accel_g,
+            "dlpf_hz": config.dlpf_hz,
+            "wait_ms": _EACH_MS,
+        }
+        if kind:
+            imu = kind(i2c or board.i2c(), **settings)
+        else:
+            imu = MPU6050(
+                i2c or board.i2c(),
+                address=config.address,
+                rate_hz=sensor_rate_hz(config),
+                allow_unknown=config.allow_unknown,
+                seen=seen,
+                **settings,
+            )
         imu.data_ready(config.drive == "data-ready")
         return imu
 
@@ -96,6 +102,8 @@ def _patiently(work, board, config, seen):
     if knobs:
         text += " In the app: %s." % " or ".join(knobs)
     if 2 * sum([n for got, n in seen.items() if got >= 0]) <= sum(seen.values()):
+        from firmware.diagnose import diagnose
+
         text += "\nSeen: %s" % diagnose(board, config.address)
     raise OSError(failure.args[0], text)
 
@@ -122,9 +130,8 @@ def first(imu):
 
 def set_up(imu, config):
     """The knobs to a sensor that goes on measuring. OSError when it does not take them."""
-    if hasattr(imu, "set_up"):  # a MinIMU-9 keeps its own settings
-        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
-        imu.data_ready(config.drive == "data-ready")
+    imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
+    imu.data_ready(config.drive == "data-ready")
 
 
 def sensor_rate_hz(config):
@@ -152,8 +159,14 @@ class _Ranges:
         self.delay_s = ranges.delay_s(config.dlpf_hz, ranges.FAMILIES[0])
 
 
-def check(config):
-    """ValueError where the knobs do not go together, whatever each of them is by itself."""
+def check(config, board=None):
+    """ValueError where the knobs do not go together, whatever each of them is by itself; with a
+    board, where it cannot do what they say, OSError where they leave open what nobody knows."""
+    if board:
+        board.use(config)
+        if 10 * board.burst_us * config.rate_hz > 7000000:
+            text = "rate_hz = %d: a burst takes %d us of its period at bus_hz = %d"
+            raise ValueError(text % (config.rate_hz, board.burst_us, config.bus_hz))
     rate_hz = sensor_rate_hz(config)
     ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
     filters.make(config, Calibration(), _Ranges(config), config.rate_hz)

@@ -92,7 +92,7 @@ class Mend:
             if in_row and not self._words[_SURE]:
                 self._go(_VERIFY)
             return
-        action = policy.action(cause, in_row, self._acted)
+        action = policy.action(cause, in_row, self._acted, self._board.one_error)
         if action == policy.HOLD:
             return
         self._acted = in_row
