@@ -28,6 +28,7 @@ from firmware.outputs import Outputs
 from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
+from firmware.watchdog import Feeding
 
 # places: firmware.tick.words, firmware.tick.estimate
 _ODD = const(0)
@@ -44,6 +45,7 @@ PACE = ("rate_hz", "drive", "burst")
 PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin_int")
 ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 _UNDO = const(20)
+_CALIBRATING_S = const(900)
 
 _HELP = """app.start(), app.stop()            run in the background; end
 app.roll_deg, .pitch_deg, .yaw_deg now; app.stale, app.uncertain: whether to believe them
@@ -99,7 +101,8 @@ class App:
         self.tick.after = self.foreground.after
         self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
-        self._watched = False
+        self._calm = None  # feeds the watchdog while somebody calibrates
+        self._watched = 0  # ms of the watchdog that runs
         self._attached = []
         self._past = []
 
@@ -139,7 +142,11 @@ class App:
     def _begin(self, ran):
         """Start; where it fails, a loop that ran before is said to stand still now."""
         try:
-            self._start()
+            if self._calm:
+                self._calm.__exit__()
+                self._calm = None
+            with Feeding(self):
+                self._start()
         except BaseException as error:
             if ran or isinstance(error, KeyboardInterrupt):
                 print("stopped: app.start() begins anew")
@@ -161,9 +168,7 @@ class App:
         wiring.adopt_sensor(self, began.known)
         wiring.settle(self)
         wiring.wire(self, None)
-        if self.config.watchdog_ms and not self._watched:
-            self._watched = True
-            self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
+        self._watch()
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
         wiring.begin(self, began.still)
@@ -188,6 +193,15 @@ class App:
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _watch(self):
+        """Start the watchdog where a knob asks for it; it bites from now on."""
+        wanted = self.config.watchdog_ms
+        if wanted and not self._watched:
+            self._watched = wanted
+            self.outputs.watch(self.board.watchdog(wanted).feed)
+        elif wanted != self._watched:
+            print("the watchdog stays at %d ms until a reset" % self._watched)
+
     def _find_sensor(self):
         """`imu` is there and measures as the knobs say. OSError says what to check."""
         self.board.use(self.config)
@@ -210,8 +224,9 @@ class App:
         running = self.running
         self.stop()
         try:
-            self._find_sensor()
-            return work(self.imu)
+            with Feeding(self):
+                self._find_sensor()
+                return work(self.imu)
         finally:
             if running:
                 self._begin(True)
@@ -262,6 +277,8 @@ class App:
                 wiring.renew(self, self.filter)
         elif name in filters.SETTINGS[config.filter]:
             wiring.prepare(self, settings=filters.settings(config, self.imu))
+        elif name == "watchdog_ms":
+            self._watch()
         elif name.split("_")[0] in self._attached:
             self.outputs.tune(self.period_us)
         else:
@@ -419,6 +436,8 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
+        self._calm = Feeding(self, _CALIBRATING_S)
+        self._calm.__enter__()
         self._find_sensor()
         return Calibrating(self.imu, self.config.calibration_path)
 

@@ -28,9 +28,9 @@ def run(name, board, runs, sensor="mpu6050"):
         return [rig.inject(number) for number in range(runs)], rig.uncaught
 
 
-def measure(names, runs, jobs=None, quiet=False, sensor="mpu6050"):
+def measure(names, runs, jobs=None, quiet=False, sensor="mpu6050", boards=BOARDS):
     """{name: {board: (outcomes, uncaught)}} over the cores."""
-    work = [(name, board, runs, sensor) for name in names for board in BOARDS]
+    work = [(name, board, runs, sensor) for name in names for board in boards]
     results = {name: {} for name in names}
     context = multiprocessing.get_context("spawn")
     bar = tqdm(total=len(work) * runs, unit="fault", disable=quiet or not sys.stderr.isatty())

@@ -60,10 +60,21 @@ BOARDS = {  # name: platform, MicroPython's version
 }
 
 
+def board_of(name):
+    """(platform, chip or None, version) of one of BOARDS, or of a chip and a version, as
+    "ESP32S3 1.29"."""
+    if name in BOARDS:
+        return BOARDS[name][0], None, BOARDS[name][1]
+    chip, version = name.split()
+    major, minor = version.split(".")
+    platform = "esp32" if chip.startswith("ESP32") else "rp2"
+    return platform, chip, (int(major), int(minor), 0)
+
+
 class Rig:
     """`with Rig(kind, board, seed) as rig: rig.inject(n)`; `rows` holds every tick so far.
 
-    board: one of BOARDS. A row: time s, new good burst, claimed (neither stale nor uncertain),
+    board: see board_of(). A row: time s, new good burst, claimed (neither stale nor uncertain),
     age ms; roll, pitch and yaw in millidegrees.
     """
 
@@ -72,7 +83,7 @@ class Rig:
 
     def __init__(self, kind, board, seed=0):
         self.kind = kind
-        self.platform, self.version = BOARDS[board]
+        self.platform, self.machine, self.version = board_of(board)
         self.random = random.Random(f"{kind.name} {board} {seed}")
         self.rows = []
         self.chips = self._make_chips(motion(kind.motion, seed), seed + 1)
@@ -88,8 +99,9 @@ class Rig:
     def __enter__(self):
         self._folder = tempfile.TemporaryDirectory()
         self.port = Port(
-            self.platform, {0: self.bus}, version=self.version, root=self._folder.__enter__()
-        )
+            self.platform, {0: self.bus}, machine_name=self.machine, version=self.version,
+            root=self._folder.__enter__(),
+        )  # fmt: skip
         self.port.__enter__()
         try:
             self._begin()
