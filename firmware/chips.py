@@ -105,8 +105,10 @@ def chip_of(machine):
         return board, None
     if rest[:2] in ("S2", "S3", "C3", "C6") and not rest[2:3].isdigit():
         return board, chip[:7]
-    known = rest == "" or any([rest.startswith(word) for word in _CLASSIC])
-    return board, "ESP32" if known else None
+    for word in _CLASSIC:
+        if rest.startswith(word):
+            rest = ""
+    return board, None if rest else "ESP32"
 
 
 def find(platform, machine):

@@ -79,7 +79,8 @@ del _ROWS
 class Config:
     """The values by name: `config.rate_hz`. `config.rate_hz = 500` is app.set("rate_hz", 500).
 
-    name: of an App among several, for its files. change: the function of (name, value) that an assignment calls; the app's set().
+    name: of an App among several, for its files. change: the function of (name, value) that an
+    assignment calls; the app's set().
     """
 
     def __init__(self, name=""):
@@ -200,6 +201,8 @@ def _unknown(name):
     for knob in KNOBS:
         shared = sum([name[i : i + 2] in knob.name for i in range(len(name) - 1)])
         shared = 2 * shared - abs(len(knob.name) - len(name))
+        if knob.name.startswith(name):
+            shared += 100
         if shared > most:
             best, most = knob.name, shared
     return "no knob %s%s" % (name[:40], ": did you mean %s?" % best if best else "")

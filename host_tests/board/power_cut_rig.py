@@ -19,8 +19,8 @@ from tools.virtual.rp2040.flash_cuts import ERASED, Flash, cuts
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "tools" / "board_scripts"
 CUTS = ROOT / "tools" / "virtual" / "rp2040"  # flash_cuts.py, without the packages around it
-_MODULES = [ROOT / "boot.py", *sorted((ROOT / "lib" / "mpu6050").glob("*.py"))]
-_MODULES += [ROOT / "firmware" / f"{name}.py" for name in ("config", "keeping", "store")]
+_MODULES = [ROOT / "boot.py", *sorted((ROOT / "lib" / "calibration").glob("*.py"))]
+_MODULES += [ROOT / "firmware" / f"{name}.py" for name in ("calibration", "config", "store")]
 FILES = {path.relative_to(ROOT).as_posix(): path for path in _MODULES}
 FILES["lib/saves.py"] = SCRIPTS / "saves.py"
 FILES["main.py"] = "print('main.py has run')\n"

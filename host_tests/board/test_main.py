@@ -71,7 +71,7 @@ def test_deploy_copies_what_is_missing_and_removes_what_is_gone(deployed):
 
 def test_main_runs_from_flash_and_the_repl_sees_app_and_imu(deployed):
     board, _ = deployed
-    out = board.exec("print(app.loop.running, imu is app.imu, app.loop.error)")
+    out = board.exec("print(app.loop.running, imu is app.imu, app.tick.error)")
     assert out == "True True None\n"
     first, second = (
         board.exec("print(app.stats()['ticks'])"),
@@ -93,7 +93,7 @@ def test_mpremote_changes_a_parameter_while_it_runs_and_the_output_shows_it(depl
         "exec",
         "app.set('filter', 'float.complementary')\nimport math\n"
         "c, n = math.cos(0.5), math.sin(0.5)\n"
-        "app.calibration = app.calibration.mounted((1, 0, 0, 0, c, -n, 0, n, c))\n"
+        "app.recalibrate(app.calibration.mounted((1, 0, 0, 0, c, -n, 0, n, c)))\n"
         "app.set('complementary_tau_s', 60)\napp.watch(0.1)",
     )
     assert printed.startswith("# roll, pitch and yaw in degrees")
@@ -101,7 +101,7 @@ def test_mpremote_changes_a_parameter_while_it_runs_and_the_output_shows_it(depl
     tune = "app.set('complementary_tau_s', 0.02)\napp.watch(0.1)"
     printed = board.mpremote("resume", "exec", tune)
     assert angles(printed)[-1] < -20  # on its way to 28.6 degrees the other way
-    left = "print(app.loop.running, app.loop.errors)\napp.set('filter', 'attitude')"
+    left = "print(app.loop.running, app.stats()['errors'])\napp.set('filter', 'attitude')"
     assert board.mpremote("resume", "exec", left) == "True 0\n"
 
 
@@ -153,18 +153,18 @@ def test_one_kilohertz_for_two_seconds_with_the_heap_locked(deployed):
         "import micropython, time\n"
         "app.set('rate_hz', 1000)\n"
         "app.start()\napp.stop()\n"
-        "step = app.loop.step\n"
-        "def locked(dt_us):\n"
+        "run = app.tick.run\n"
+        "def locked(source):\n"
         "    micropython.heap_lock()\n"
         "    try:\n"
-        "        step(dt_us)\n"
+        "        run(source)\n"
         "    finally:\n"
         "        micropython.heap_unlock()\n"
-        "app.loop.step = locked\n"
+        "app.tick.run = locked\n"
     )
     s = stats_of(
         board,
-        "app.loop.start()\ntime.sleep_ms(2000)\ns = app.stats()\nn = app.loop.error\napp.stop()",
+        "app.loop.start()\ntime.sleep_ms(2000)\ns = app.stats()\nn = app.tick.error\napp.stop()",
         timeout_s=60,
     )
     print("1 kHz:", s)

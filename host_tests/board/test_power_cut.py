@@ -157,7 +157,7 @@ def test_a_save_that_deletes_before_it_writes_is_found_out(series):
 def test_harm_to_another_file_is_found_out(saves):
     """A save whose first command is an erase that hits a module."""
     save = saves[2]
-    module = read_image(save.start.content())["firmware/keeping.mpy"]
+    module = read_image(save.start.content())["firmware/calibration.mpy"]
     address = save.start.content().index(module[:64])
     found, losses = try_cuts([save._replace(commands=[(address, None)])])
     assert found[0].lost >= found[0].deep - 1  # not lost: the cut before it

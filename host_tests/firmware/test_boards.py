@@ -122,7 +122,7 @@ def boards():
 
 @pytest.mark.parametrize("line", NAMES)
 def test_every_name_of_micropythons_boards_gets_its_row_or_a_refusal(boards, line):
-    board, chips = boards
+    board, _ = boards
     (platform, machine), expected = line.split(" | ")[0].split(" ", 1), line.split(" | ")[1]
     if expected.startswith("["):
         with pytest.raises(OSError, match=r"no pins known for .*pin_sda and pin_scl"):

@@ -232,7 +232,7 @@ def test_whatever_set_takes_and_save_writes_starts_the_next_time(changes, board)
 
 
 @pytest.mark.parametrize("mounting, knobs", [
-    (("-x", "+z"), {"gyro_dps": 250, "rate_hz": 100}),
+    (("-x", "+z"), {"gyro_dps": 500, "rate_hz": 250}),
     (("+y", "-x"), {"gyro_dps": 2000, "rate_hz": 500, "dlpf_hz": 44}),
     (("+z", "-y"), {"gyro_dps": 1000, "rate_hz": 1000, "dlpf_hz": 184}),
 ], ids=str)  # fmt: skip

@@ -248,9 +248,11 @@ def test_command_writes_what_it_prints(recorder, tmp_path, capsys, monkeypatch):
     assert "snippets.in_place" in wrong
     printed = capsys.readouterr().out
     assert "wrong for armv6m by mpy-cross 1.26.1" in printed
-    [(name, why)] = told["not_tried"].items()
-    assert (name, why) == ("mpu6050.registers.Registers.check", "it uses I2C.readfrom_mem_into")
-    assert "not tried: %s: %s" % (name, why) in printed
+    why = "it uses I2C.readfrom_mem_into"
+    assert told["not_tried"]["mpu6050.registers.Registers.check"] == why
+    for name, why in told["not_tried"].items():
+        assert name.startswith("mpu6050.registers.Registers.") and "I2C" in why
+        assert "not tried: %s: %s" % (name, why) in printed
 
 
 def test_a_wrong_pinned_compiler_fails_the_command(monkeypatch, capsys):

@@ -17,9 +17,9 @@ What the app asks of a sensor; minimu9.MinIMU9 is another one:
   -errno; poll() 0: nothing of now), `expire(age_us)`; `finish()`: the bus is free now.
   `collect()`: poll() for a loop of one's own, OSError
 - settings: `set_up(gyro_dps, accel_g, dlpf_hz, rate_hz)`, `data_ready(enable)`, `use_bus(i2c)`
-- whether it keeps them, row by row: `rows`, `rewind()`, `check()`, `recheck()`, `repair()`; whether
-  it is the same: `same_part()`, `adopt()`; anew: `reset_chip()` and 100 ms later `reset_paths()`,
-  which is `reset()`, then `configure()`; `wake()`
+- whether it keeps them, row by row: `rows`, `rewind()`, `check()`, `recheck()`, `repair()`;
+  whether it is the same: `same_part()`, `adopt()`; anew: `reset_chip()` and 100 ms later
+  `reset_paths()`, which is `reset()`, then `configure()`; `wake()`
 """
 
 import sys

@@ -275,7 +275,7 @@ class MinimuRig(Rig):
 
         self.app.imu = imu = MinIMU9(self.app.board.i2c())
         if self.app.config.drive == "data-ready":
-            # a sample that comes while DRDY is still high makes no edge: a tick of the guard is next
+            # a sample that comes while DRDY is still high makes no edge: the guard ticks next
             self.period_s = 2 / imu.rate_hz
 
 

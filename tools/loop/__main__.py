@@ -5,8 +5,9 @@
 
 The app runs on the emulated RP2040 with the real MicroPython, at 250, 500 and 1000 Hz, while the
 foreground is idle, allocates, collects, answers the REPL, or allocates while the bus has faults.
-From 1.26 on the tick is a hard interrupt; before, a soft callback. Emulated code is some 40 times
-slower than the chip, so the 2000 ticks of each row take a while.
+From 1.26 on the tick is a hard interrupt, which has to keep the bars below; before, it is a soft
+callback, whose figures are what they are, over a fifth of the ticks. Emulated code is some 40
+times slower than the chip: the whole takes half an hour on two cores.
 """
 
 import argparse
@@ -19,10 +20,11 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from tools.loop.run import LOADS, measure
+from tools.loop.run import FAULTS, LOADS, measure
 from tools.virtual import images
 
 LATE_P99_US, LATE_MAX_US = 20, 60  # what a hard tick has to keep
+HARD = (1, 26)  # the first release with hard timers
 
 
 def table(results):
@@ -40,24 +42,41 @@ def table(results):
                 f"{row['lost']:6}{row['late_p99_us']:14}{row['late_max_us']:8}"
                 f"{row['step_p99_us']:10}{row['predicted']:11}{row['errors']:8}"
             )
+            if "recovery_ms" in row:
+                lines.append("            good again, ms: " + str(row["recovery_ms"]))
     return "\n".join(lines)
 
 
-def good(row):
-    """Whether a row keeps what a hard tick promises."""
-    return not row["lost"] and not row["errors"] and (
-        row["late_p99_us"] <= LATE_P99_US and row["late_max_us"] <= LATE_MAX_US
-    )
+def bad(row):
+    """What a hard row does not keep, in words."""
+    out = [f"{row['lost']} lost"] if row["lost"] else []
+    out += [f"{row['errors']} errors"] if row["errors"] else []
+    for name, bar in (("late_p99_us", LATE_P99_US), ("late_max_us", LATE_MAX_US)):
+        if row[name] > bar:
+            out.append(f"{name} {row[name]}")
+    for name, _, _, _, allowed_ms in FAULTS if "recovery_ms" in row else ():
+        found = row["recovery_ms"][name]
+        if found is None or found > allowed_ms:
+            out.append(f"{name} good after {found} ms, not {allowed_ms}")
+    return out
+
+
+def is_hard(version):
+    """Whether this release ticks in a hard interrupt."""
+    return tuple(int(part) for part in version.split(".")[:2]) >= HARD
 
 
 def measured(versions, loads, ticks, jobs=None):
-    """[{"micropython", "rows"}], the newest first, measured over the cores."""
+    """[{"micropython", "rows"}] in this order, measured over the cores."""
     rows = {version: {} for version in versions}
     context = multiprocessing.get_context("spawn")
     bar = tqdm(total=len(versions) * len(loads), unit="load", disable=not sys.stderr.isatty())
     with ProcessPoolExecutor(jobs or os.cpu_count(), context) as pool, bar:
         futures = {
-            pool.submit(measure, version, load, ticks): (version, load)
+            pool.submit(measure, version, load, ticks if is_hard(version) else ticks // 5): (
+                version,
+                load,
+            )
             for version in versions
             for load in loads
         }
@@ -89,8 +108,13 @@ def main(arguments=None):
         first, others = results[0], results[1:]
         options.json.parent.mkdir(parents=True, exist_ok=True)
         options.json.write_text(json.dumps({**first, "others": others}, indent=1) + "\n")
-    hard = [row for result in results for row in result["rows"] if row["tick"] == "hard"]
-    return 0 if all(good(row) for row in hard) else 1
+    failures = 0
+    for result in results:
+        for row in result["rows"]:
+            for text in bad(row) if row["tick"] == "hard" else ():
+                print(f"{result['micropython']}, {row['load']}, {row['rate_hz']} Hz: {text}")
+                failures += 1
+    return 1 if failures else 0
 
 
 if __name__ == "__main__":

@@ -80,8 +80,8 @@ def make_sys(port):
     module.version = "3.4.0; MicroPython v%d.%d.%d" % port.version
     module.version_info = (3, 4, 0)
     module.implementation = types.SimpleNamespace(
-        name="micropython", version=(*port.version, ""), _machine=port.traits.machine_text(port.version),
-        _mpy=_mpy(port), _build=port.traits.build,
+        name="micropython", version=(*port.version, ""),
+        _machine=port.traits.machine_text(port.version), _mpy=_mpy(port), _build=port.traits.build,
     )  # fmt: skip
     module.stdin = _Input(port)
     module.stdout = _Output(port, lambda: host_sys.stdout)

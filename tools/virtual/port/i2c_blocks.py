@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`machine.I2C` of each port: arguments, text, errors and patience of ports/rp2 and ports/esp32."""
+"""`machine.I2C` of each port: arguments, text, errors, patience of ports/rp2 and ports/esp32."""
 
 from .i2c import Transfers
 from .traits import EIO

@@ -173,10 +173,11 @@ class VirtualPico:
 
     # the REPL
 
-    def exec(self, source, timeout_s=20):
+    def exec(self, source, timeout_s=20, ctrl_c_ms=()):
         """Run `source` at the raw REPL; what it printed. PicoError with the board's traceback.
 
-        Background timers go on; a program in the foreground is interrupted first.
+        Background timers go on; a program in the foreground is interrupted first. ctrl_c_ms:
+        Ctrl-C is pressed after so many milliseconds, and so many more.
         """
         if not self._raw:
             self._console.send(b"\r" + CTRL_C + CTRL_C + CTRL_A)
@@ -185,6 +186,9 @@ class VirtualPico:
         self.output.clear()
         self._console.send(source.encode() + CTRL_D)
         self._expect(b"OK", timeout_s)
+        for ms in ctrl_c_ms:
+            self._run(None, ms / 1000)
+            self._console.send(CTRL_C)
         printed = self._expect(CTRL_D, timeout_s)
         error = self._expect(CTRL_D, timeout_s)
         self._expect(b">", timeout_s)
@@ -203,6 +207,13 @@ class VirtualPico:
         before, _, after = bytes(self.output).partition(mark)
         self.output[:] = after
         return before
+
+    def soft_reset(self):
+        """A soft reset from the raw REPL, as mpremote makes it: main.py does not run."""
+        self.exec("pass")
+        self.output.clear()
+        self._console.send(CTRL_D)
+        self._expect(RAW_PROMPT, BOOT_S)
 
     def leave_raw(self):
         """Back to the friendly REPL, as a person at a terminal sees it."""
