@@ -207,9 +207,9 @@ class App:
         self.board.use(self.config)
         self.bus = bus.of(self.board.i2c_id)
         if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config, self.kind)
+            self.imu = startup.sensor(self.board, self.config, self.bus, self.kind)
         else:
-            startup.again(self.imu, self.board, self.config)
+            startup.again(self.imu, self.board, self.config, self.bus)
 
     def _same_sensor(self, other):
         mine, its = self.board, other.board
@@ -268,6 +268,8 @@ class App:
             startup.check(config)
             return
         startup.sensor_rate_hz(config)
+        if name in PACE:
+            startup.check_board(config, self.board)
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "filter":

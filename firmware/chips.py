@@ -116,7 +116,7 @@ def find(platform, machine):
     board, chip = chip_of(machine)
     rows = [row for row in ROWS if (row.platform, row.chip) == (platform, chip)]
     if not rows:
-        return Row(machine, platform)
+        return Row(machine, platform, timers=(-1,) if platform == "rp2" else (0, 1))
     for row in rows:
         if row.name == _NAMES.get(board):
             return row

@@ -27,9 +27,9 @@ _WAYS = (
 )
 
 
-def sensor(board, config, kind=None):
-    """The driver, configured; kind: another class than MPU6050. OSError with what was seen, how
-    often, and what to check."""
+def sensor(board, config, bus=None, kind=None):
+    """The driver, configured; bus: firmware.bus, which others may use already; kind: another class
+    than MPU6050. OSError with what was seen, how often, and what to check."""
     seen = {}  # type: dict
 
     def make(i2c):
@@ -38,12 +38,13 @@ def sensor(board, config, kind=None):
             "accel_g": config.accel_g,
             "dlpf_hz": config.dlpf_hz,
             "wait_ms": _EACH_MS,
+            "lock": bus,
         }
         if kind:
-            imu = kind(i2c or board.i2c(), **settings)
+            imu = kind(i2c, **settings)
         else:
             imu = MPU6050(
-                i2c or board.i2c(),
+                i2c,
                 address=config.address,
                 rate_hz=sensor_rate_hz(config),
                 allow_unknown=config.allow_unknown,
@@ -53,10 +54,10 @@ def sensor(board, config, kind=None):
         imu.data_ready(config.drive == "data-ready")
         return imu
 
-    return _patiently(make, board, config, seen)
+    return _patiently(make, board, config, bus, seen, _with(bus, board.i2c))
 
 
-def again(imu, board, config):
+def again(imu, board, config, bus=None):
     """A sensor that stood still meanwhile measures again, as the knobs say: it may sleep, have
     lost its supply, or have another master's settings. OSError as sensor()."""
 
@@ -76,17 +77,24 @@ def again(imu, board, config):
         set_up(imu, config)
         return imu
 
-    return _patiently(look, board, config, {})
+    return _patiently(look, board, config, bus, {}, None)
 
 
-def _patiently(work, board, config, seen):
-    """What work(i2c) returns, tried for _PATIENCE_MS with a bus that is freed in between: the
-    sensor may come up later than the board, or hang in a transfer that a reset cut off.
+def _with(bus, work):
+    """What work() returns, the bus held."""
+    if not bus:
+        return work()
+    with bus:
+        return work()
 
-    i2c: None at first, then the bus made anew.
+
+def _patiently(work, board, config, bus, seen, i2c):
+    """What work(i2c) returns, tried for _PATIENCE_MS with a bus that is freed and made anew in
+    between: the sensor may come up later than the board, or hang in a transfer that a reset cut
+    off.
     """
     began = time.ticks_ms()
-    i2c = failure = None
+    failure = None
     tries = 0
     while failure is None or time.ticks_diff(time.ticks_ms(), began) < _PATIENCE_MS:
         tries += 1
@@ -94,7 +102,7 @@ def _patiently(work, board, config, seen):
             return work(i2c)
         except OSError as error:
             failure = error
-        i2c = board.recover()
+        i2c = _with(bus, board.recover)
     # raised out here, so that one traceback is shown
     passed_s = time.ticks_diff(time.ticks_ms(), began) / 1000
     text = "%s\nTried %d times in %.1f s." % (failure.args[-1], tries, passed_s)
@@ -104,7 +112,7 @@ def _patiently(work, board, config, seen):
     if 2 * sum([n for got, n in seen.items() if got >= 0]) <= sum(seen.values()):
         from firmware.diagnose import diagnose
 
-        text += "\nSeen: %s" % diagnose(board, config.address)
+        text += "\nSeen: %s" % _with(bus, lambda: diagnose(board, config.address))
     raise OSError(failure.args[0], text)
 
 
@@ -151,6 +159,14 @@ def sensor_rate_hz(config):
     )
 
 
+def check_board(config, board):
+    """Take the pins, bus and speed of the knobs. ValueError, OSError as check()."""
+    board.use(config)
+    if 10 * board.burst_us * config.rate_hz > 7000000:
+        text = "rate_hz = %d: a burst takes %d us of its period at bus_hz = %d"
+        raise ValueError(text % (config.rate_hz, board.burst_us, config.bus_hz))
+
+
 class _Ranges:
     """What a sensor with these knobs would have, for check()."""
 
@@ -163,10 +179,7 @@ def check(config, board=None):
     """ValueError where the knobs do not go together, whatever each of them is by itself; with a
     board, where it cannot do what they say, OSError where they leave open what nobody knows."""
     if board:
-        board.use(config)
-        if 10 * board.burst_us * config.rate_hz > 7000000:
-            text = "rate_hz = %d: a burst takes %d us of its period at bus_hz = %d"
-            raise ValueError(text % (config.rate_hz, board.burst_us, config.bus_hz))
+        check_board(config, board)
     rate_hz = sensor_rate_hz(config)
     ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
     filters.make(config, Calibration(), _Ranges(config), config.rate_hz)

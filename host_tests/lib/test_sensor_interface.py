@@ -17,7 +17,13 @@ SDA_SCL = {"rp2": (4, 5), "esp32": (21, 22)}
 # the register that holds the gyro's range, at 0x68 and at 0x6B; data ready
 RANGE = {"MinIMU9": 0x23}
 READY = {"MinIMU9": (0x22, 0x08)}
-NAMES = ["counts", "gyro_lsb_per_dps", "accel_lsb_per_g", "gyro_range_dps", "accel_range_g", "rate_hz", "dlpf_hz", "delay_s", "who_am_i", "address", "profile", "split", "asleep", "read", "collect", "plausible", "accel_g", "gyro_dps", "temp_c", "lock", "start", "poll", "fetch", "expire", "finish", "set_up", "data_ready", "use_bus", "rows", "rewind", "check", "recheck", "repair", "same_part", "adopt", "reset_chip", "reset_paths", "reset", "configure", "wake"]
+NAMES = [
+    "counts", "gyro_lsb_per_dps", "accel_lsb_per_g", "gyro_range_dps", "accel_range_g", "rate_hz",
+    "dlpf_hz", "delay_s", "who_am_i", "address", "profile", "split", "asleep", "read", "collect",
+    "plausible", "accel_g", "gyro_dps", "temp_c", "lock", "start", "poll", "fetch", "expire",
+    "finish", "set_up", "data_ready", "use_bus", "rows", "rewind", "check", "recheck", "repair",
+    "same_part", "adopt", "reset_chip", "reset_paths", "reset", "configure", "wake",
+]  # fmt: skip
 
 
 class Feel:

@@ -91,7 +91,7 @@ class MinIMU9:
     rate_hz = 760.0
 
     def __init__(self, i2c, address=0x6B, accel_address=0x19, gyro_dps=500, accel_g=8,
-                 dlpf_hz=100, wait_ms=200):  # fmt: skip
+                 dlpf_hz=100, wait_ms=200, lock=None):  # fmt: skip
         self._choose(gyro_dps, accel_g, dlpf_hz)
         self.address = address
         self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
@@ -100,6 +100,7 @@ class MinIMU9:
         self._gyro = _Chip(i2c, address, "L3GD20", self._gyro_rows())
         self._accel = _Chip(i2c, accel_address, "LSM303DLHC", self._accel_rows())
         self._turn = self._gyro
+        self.lock = lock
         self.who_am_i = self._identify(wait_ms)
         self.configure()
 

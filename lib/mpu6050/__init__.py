@@ -76,19 +76,22 @@ class MPU6050(Registers):
 
     allow_unknown: take a part of an unknown WHO_AM_I for an MPU6050. wait_ms: so long it may take
     to answer. attach: it measures already and shall go on, without a reset: what differs from
-    the settings is written, nothing else; the causes of interrupts stay to be read.
+    the settings is written, nothing else; the causes of interrupts stay to be read. lock: see
+    above; for a bus that others use already.
     """
 
     NAME = "MPU6050"
 
     def __init__(self, i2c, address=0x68, gyro_dps=500, accel_g=8, dlpf_hz=44, rate_hz=1000,
-                 allow_unknown=False, wait_ms=200, attach=False, seen=None):  # fmt: skip
+                 allow_unknown=False, wait_ms=200, attach=False, seen=None,
+                 lock=None):  # fmt: skip
         gyro_code, self.gyro_lsb_per_dps = ranges.gyro(gyro_dps)
         accel_code, self.accel_lsb_per_g = ranges.accel(accel_g)
         dlpf_code, gyro_rate = ranges.dlpf(dlpf_hz)
         divider = ranges.divider(gyro_rate, rate_hz)
         self.gyro_range_dps, self.accel_range_g, self.dlpf_hz = gyro_dps, accel_g, dlpf_hz
         super().__init__(i2c, address)
+        self.lock = lock
         self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
         self._burst = bytearray(14)
         self._split, self._busy = None, _IDLE
@@ -123,6 +126,13 @@ class MPU6050(Registers):
 
     def use_bus(self, i2c):
         """Work on this bus object from now on, for instance after a bus recovery."""
+        if self.lock:
+            with self.lock:
+                self._use_bus(i2c)
+        else:
+            self._use_bus(i2c)
+
+    def _use_bus(self, i2c):
         self.bus = i2c
         if sys.platform == "rp2" and str(i2c).startswith("I2C("):
             if self._split:

@@ -132,16 +132,15 @@ class Clock:
     def sleep_until(self, deadline_ns):
         """Wait until `deadline_ns`, event by event."""
         self.breathe()
-        while self.scheduler.queue and not self.scheduler.running and self.in_foreground:
-            self.breathe()  # a wait checks again and again
         while self.now_ns < deadline_ns:
+            if self.scheduler.queue and not self.scheduler.running and self.in_foreground:
+                self.breathe()  # a wait checks again and again
+                continue
             step = min(self._next_ns(), deadline_ns)
             self._advance(step)
             if step > self.now_ns:
                 self.now_ns = step
             self.breathe()
-            while self.scheduler.queue and not self.scheduler.running and self.in_foreground:
-                self.breathe()
 
     def _next_ns(self):
         """Instant of the next event that can happen as things are."""
