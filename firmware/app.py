@@ -110,12 +110,18 @@ class App:
         """Knobs from the flash that do not go together never stop a start."""
         if self.config.changed():
             try:
-                startup.check(self.config, self.board)
-            except OSError:
-                pass  # of a board whose pins nobody knows: start() says it
+                self._fit()
             except ValueError as error:
                 self.warnings.append("knobs on the flash: %s; all have their defaults" % error)
                 self.config.reset()
+
+    def _fit(self):
+        """ValueError where knobs do not go together."""
+        startup.check(self.config, self.board)
+        try:
+            self.board.use(self.config)
+        except OSError:
+            pass  # nobody knows its pins: start() says it
 
     def __repr__(self):
         if not self.running:
@@ -155,6 +161,7 @@ class App:
     def _start(self):
         self.stop()
         self.board.check_version()
+        self.board.use(self.config)
         startup.check(self.config, self.board)
         for other in self._running:
             if self._same_sensor(other):
@@ -251,7 +258,7 @@ class App:
     def _take_back(self, name, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
         try:
-            if self.loop and (name in CHIP or name in PACE):
+            if self.loop and self.imu and (name in CHIP or name in PACE):
                 wiring.change(self, name in PACE)
             if running and not self.running:
                 self.loop.start()
@@ -264,12 +271,12 @@ class App:
         if name in PLACE or name.startswith("pin_"):
             self._move(name, before)
             return
-        if self.loop is None:
-            startup.check(config)
+        if self.loop is None or self.imu is None:
+            startup.check(config, self.board)
             return
-        startup.sensor_rate_hz(config)
+        startup.check_pace(config, self.board)
         if name in PACE:
-            startup.check_board(config, self.board)
+            self.board.use(config)
         if name in CHIP or name in PACE:
             wiring.change(self, name in PACE)
         elif name == "filter":
@@ -291,13 +298,13 @@ class App:
         starts, since they can only be changed one by one."""
         if name.startswith("pin_"):
             self.board.check_pin(name, getattr(self.config, name))
-        if not self.running:
-            self.imu = None
-        elif name.startswith("pin_out"):
+        startup.check(self.config, self.board)
+        if self.running:
             self.board.use(self.config)
-        else:
-            startup.check(self.config, self.board)
-            self._change_sensor(before)
+            if not name.startswith("pin_out"):
+                self._change_sensor(before)
+        elif not name.startswith("pin_out"):
+            self.imu = None
 
     def _change_sensor(self, before):
         running, old = self.running, self.imu
@@ -340,7 +347,9 @@ class App:
                 self.set(knob.name, checked(knob.name, knob.default))
 
     def save(self):
-        """Keep the knobs on the flash, for the next start. OSError when it refuses."""
+        """Keep the knobs on the flash, for the next start. OSError when it refuses; ValueError
+        where pins do not go together: it would not start with them."""
+        self._fit()
         self.config.save()
         return "saved; %s" % (self.config.changed() or "all knobs have their defaults")
 

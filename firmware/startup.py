@@ -159,12 +159,13 @@ def sensor_rate_hz(config):
     )
 
 
-def check_board(config, board):
-    """Take the pins, bus and speed of the knobs. ValueError, OSError as check()."""
-    board.use(config)
-    if 10 * board.burst_us * config.rate_hz > 7000000:
+def check_pace(config, board):
+    """ValueError where the bus is too slow for the rate, or the sensor cannot set it."""
+    sensor_rate_hz(config)
+    burst_us = board.burst_us(config.bus_hz)
+    if 10 * burst_us * config.rate_hz > 7000000:
         text = "rate_hz = %d: a burst takes %d us of its period at bus_hz = %d"
-        raise ValueError(text % (config.rate_hz, board.burst_us, config.bus_hz))
+        raise ValueError(text % (config.rate_hz, burst_us, config.bus_hz))
 
 
 class _Ranges:
@@ -175,11 +176,8 @@ class _Ranges:
         self.delay_s = ranges.delay_s(config.dlpf_hz, ranges.FAMILIES[0])
 
 
-def check(config, board=None):
-    """ValueError where the knobs do not go together, whatever each of them is by itself; with a
-    board, where it cannot do what they say, OSError where they leave open what nobody knows."""
-    if board:
-        check_board(config, board)
-    rate_hz = sensor_rate_hz(config)
-    ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
+def check(config, board):
+    """ValueError where the knobs do not go together, whatever each of them is by itself."""
+    check_pace(config, board)
+    ranges.divider(ranges.dlpf(config.dlpf_hz)[1], sensor_rate_hz(config))
     filters.make(config, Calibration(), _Ranges(config), config.rate_hz)

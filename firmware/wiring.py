@@ -88,7 +88,7 @@ def wire(app, old):
     timed = filters.is_timed(config.filter)
     hard = not timed and board.has_hard(on_timer)
     split = on_timer and config.burst != "blocking" and app.imu.split
-    lead_us = board.burst_us + _LEAD_US if split else 0
+    lead_us = board.burst_us(board.bus_hz) + _LEAD_US if split else 0
     app.tick_kind = "hard" if hard else "soft"
     rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
     readers = app.loop.readers if app.loop else []

@@ -315,8 +315,8 @@ def test_a_slower_bus_and_the_lead_that_goes_with_it(machine, bus_hz, rate_hz, t
         from firmware.app import App
 
         app = App()
-        app.set("bus_hz", bus_hz)
         app.set("rate_hz", rate_hz)
+        app.set("bus_hz", bus_hz)
         app.start()
         port.run_ms(1000)
         stats = app.stats()
@@ -325,6 +325,56 @@ def test_a_slower_bus_and_the_lead_that_goes_with_it(machine, bus_hz, rate_hz, t
         with pytest.raises(ValueError, match="a burst takes"):
             app.set("rate_hz", 1000)
         assert app.config.rate_hz == rate_hz and app.running
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_a_bus_too_slow_for_the_rate_is_refused_before_a_start_too(stopped, tmp_path):
+    with wired("ESP32", 0, 21, 22, tmp_path) as port:
+        from firmware.app import App
+
+        app = App()
+        if stopped:
+            app.start()
+            port.run_ms(100)
+            app.stop()
+        for name, value in (("bus_hz", 10000), ("rate_hz", 1000)):
+            if name == "rate_hz":
+                app.set("bus_hz", 100000)
+            with pytest.raises(ValueError, match="a burst takes"):
+                app.set(name, value)
+        assert app.changed() == {"bus_hz": 100000}
+
+
+def test_what_would_not_start_is_not_saved(tmp_path):
+    with wired("RP2040", 0, 12, 13, tmp_path) as port:
+        from firmware.app import App
+
+        app = App()
+        app.set("pin_sda", 12)
+        app.save()  # I2C0 has SDA on 12 and SCL on 5
+        app.set("pin_scl", 7)  # which is of I2C1
+        with pytest.raises(ValueError, match="I2C1 has SDA"):
+            app.save()
+        app.set("pin_scl", 13)
+        app.set("pin_out_2", 13)
+        with pytest.raises(ValueError, match="GP13 is to be two things"):
+            app.save()
+        app.set("pin_out_2", 14)
+        app.save()
+        app = App()
+        assert app.changed() == {"pin_sda": 12, "pin_scl": 13, "pin_out_2": 14}
+        app.start()
+        port.run_ms(100)
+        assert not app.stale
+        # knobs of a chip that is to be sought anew
+        app.stop()
+        app.set("address", 0x69)
+        for name, value in (("gyro_dps", 1000), ("filter", "kalman2"), ("rate_hz", 200)):
+            app.set(name, value)
+        app.set("address", 0x68)
+        app.start()
+        port.run_ms(100)
+        assert not app.stale and app.imu.gyro_range_dps == 1000
 
 
 def test_pins_of_outputs_are_knobs(tmp_path):

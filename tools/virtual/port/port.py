@@ -118,8 +118,12 @@ class Port:
         return self.clock.scheduler.dropped
 
     def run_ms(self, ms):
-        """Let the main program wait: timers, interrupts and soft callbacks run."""
+        """Let the main program wait: timers, interrupts and soft callbacks run, also those that
+        wait at its end.
+        """
         self.clock.sleep(int(ms * 1_000_000))
+        for _ in range(self.clock.scheduler.depth):
+            self.clock.breathe()
 
     def timer_us(self):
         return self.clock.now_ns // 1000 + ticks.PERIOD - int(self._before_wrap_s * 1e6)
