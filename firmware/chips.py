@@ -82,7 +82,7 @@ _NAMES = {
     "Raspberry Pi Pico 2 W": "Pico 2 W",
 }
 # and what differs on boards that use those pins themselves
-_OTHERS = {
+_OTHERS = {  # type: dict
     "Olimex ESP32 ETH": _ETHERNET,
     "Silicognition wESP32": _ETHERNET,
     "LILYGO TTGO LoRa32": {"int_pin": 34, "outputs": (32, 33, 25, 4)},

@@ -38,13 +38,14 @@ def run_on(port):
     return done.stdout
 
 
-def run_emulated(motion=None):
+def run_emulated(motion=None, seconds=2.0, micropython="1.26.1"):
     """What the script prints on the emulated Pico, its sensor at rest."""
     from tools.virtual import Bus, MPU6050Chip, VirtualPico
 
     bus = Bus(MPU6050Chip(motion, seed=3, gyro_bias_dps=(1.0, -2.0, 0.5)))
-    with VirtualPico(bus=bus, root=True, main=False) as pico:
-        return pico.exec(SCRIPT.read_text(), timeout_s=_PATIENCE_S)
+    with VirtualPico(bus=bus, root=True, main=False, micropython=micropython) as pico:
+        text = f"seconds = {seconds}\n" + SCRIPT.read_text()
+        return pico.exec(text, timeout_s=_PATIENCE_S)
 
 
 def report(printed, today=None):

@@ -168,7 +168,7 @@ class Mend:
         now = time.ticks_ms()
         if self._wait_ms and time.ticks_diff(now, self._wait_ms) < 0:
             return
-        self._wait_ms = time.ticks_add(now, _RESET_MS)
+        self._wait_ms = time.ticks_add(now, _RESET_MS)  # type: ignore[assignment]
         if self._doing == _RESET:
             self._imu.reset_chip()
         elif self._doing == _RESET_PATHS:

@@ -12,6 +12,7 @@ import time
 
 _NAMES = ("ax", "ay", "az", "gx", "gy", "gz")
 _NOISY_DPS, _NOISY_G = 0.25, 0.02  # more than any part's own, behind 44 Hz
+_SECONDS = globals().get("seconds", 2.0)  # that each measurement takes
 
 
 def tell(name, value):
@@ -70,23 +71,23 @@ def sensor_part(app):
         "in the background" if imu.split else "blocking"))  # fmt: skip
     failed = 0
     began = time.ticks_us()
-    for _ in range(500):
+    for _ in range(int(250 * _SECONDS)):
         try:
             imu.read()
             failed += not imu.plausible()
         except OSError:
             failed += 1
-    tell("burst", "%.0f us, %d of 500 failed" % (
-        time.ticks_diff(time.ticks_us(), began) / 500, failed))  # fmt: skip
+    took_us = time.ticks_diff(time.ticks_us(), began) / int(250 * _SECONDS)
+    tell("burst", "%.0f us, %d of %d failed" % (took_us, failed, int(250 * _SECONDS)))
     if failed:
         attention("transfers fail: shorter wires, pull-ups of 4.7 kOhm, a smaller bus_hz")
 
 
-def noise_part(imu, seconds=1.0):
+def noise_part(imu):
     """Mean and deviation of each axis, in deg/s and g."""
     sums, squares, first, n = [0] * 6, [0] * 6, None, 0
     began = time.ticks_ms()
-    while time.ticks_diff(time.ticks_ms(), began) < 1000 * seconds:
+    while time.ticks_diff(time.ticks_ms(), began) < 500 * _SECONDS:
         imu.read()
         values = list(imu.counts[:3]) + list(imu.counts[4:])
         first = first or values
@@ -119,10 +120,10 @@ def busy(ms):
         "".join([str(n) for n in range(60)])
 
 
-def timing_part(app, name, work, ms=2000):
+def timing_part(app, name, work):
     app.loop.stop()
     app.loop.start()
-    work(ms)
+    work(int(1000 * _SECONDS))
     stats = app.stats()
     tell("loop " + name, "%d ticks (%s), %d lost, jitter p99 %d us, largest %d us, step p50 %d, "
          "p99 %d, largest %d us, errors %d" % (
