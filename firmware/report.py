@@ -37,7 +37,7 @@ class Stats(dict):
     _GROUPS = ("period", "jitter", "late", "step", "output", "telemetry")
 
     def __repr__(self):
-        lines = {}  # type: dict
+        lines: dict = {}
         for name in sorted(self):
             group = name.split("_")[0]
             group = group if group in self._GROUPS else ""
@@ -62,7 +62,6 @@ def stats(app):
     out["output_late"] = app.outputs.late
     out["telemetry_lines"] = app.telemetry.lines
     out["telemetry_dropped"] = app.telemetry.dropped
-    out["telemetry_stalls"] = app.telemetry.stalls
     return out
 
 
