@@ -19,9 +19,8 @@ from array import array
 import micropython
 from micropython import const
 
-from firmware import filters, learning, sample, startup, wiring
-from firmware.board import find
-from firmware.bus import Bus
+from firmware import board as boards
+from firmware import bus, filters, learning, sample, startup, wiring
 from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config
 from firmware.foreground import Foreground
@@ -29,6 +28,7 @@ from firmware.outputs import Outputs
 from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
+from firmware.watchdog import Feeding
 
 # places: firmware.tick.words, firmware.tick.estimate
 _ODD = const(0)
@@ -42,8 +42,10 @@ _YAW_DOUBT = const(28)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
-ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
+PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin_int")
+ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 _UNDO = const(20)
+_CALIBRATING_S = const(900)
 
 _HELP = """app.start(), app.stop()            run in the background; end
 app.roll_deg, .pitch_deg, .yaw_deg now; app.stale, app.uncertain: whether to believe them
@@ -63,6 +65,10 @@ with app.bus: ...                  other devices on the sensor's bus"""
 class App:
     """One sensor, one filter, one loop, running.
 
+    name: of a second one, for a second sensor: its files are NAME.config.txt and
+    NAME.calibration.txt. sensor: another kind than the MPU6050, a class with its interface
+    (lib/mpu6050), such as minimu9.MinIMU9.
+
     Attributes: config, board, imu, calibration, filter, outputs, telemetry, loop, tick, bus,
     warnings (texts); for controllers angles_mdeg and rates_mdps (live, 3 each, robot's frame)
     and period_us (of the ticks, as measured).
@@ -75,17 +81,19 @@ class App:
         """The App that runs, the one started last, or None."""
         return cls._running[-1] if cls._running else None
 
-    def __init__(self, board=None, console=None):
-        self.board = board or find()
-        self.config = Config()
+    def __init__(self, board=None, console=None, name="", sensor=None):
+        self.board = board or boards.here()
+        self.kind = sensor
+        self.config = Config(name)
         self.warnings = self.config.load()
         self._believe_knobs()
         self.config.change = self.set
         self.tick = Tick()
-        self.bus = Bus()
+        self.bus = bus.of(0)
         self.telemetry = Telemetry(console or Console())
         self.period_us = 0
         self.tick_kind = "soft"
+        self.guards = []
         self.outputs = Outputs(self.tick, self)
         self.imu = self.filter = self.loop = self.calibration = self.mend = self.learning = None
         self.angles_mdeg = memoryview(self.tick.est)[2:5]
@@ -94,6 +102,7 @@ class App:
         self.tick.after = self.foreground.after
         self.stream = Stream(self)
         self._copy = array("i", self.tick.est)
+        self._calm = None  # feeds the watchdog while somebody calibrates
         self._watched = 0  # ms of the watchdog that runs
         self._attached = {}  # type: dict  # applications by name
         self._past = []
@@ -102,10 +111,18 @@ class App:
         """Knobs from the flash that do not go together never stop a start."""
         if self.config.changed():
             try:
-                startup.check(self.config)
+                self._fit()
             except ValueError as error:
                 self.warnings.append("knobs on the flash: %s; all have their defaults" % error)
                 self.config.reset()
+
+    def _fit(self):
+        """ValueError where knobs do not go together."""
+        startup.check(self.config, self.board)
+        try:
+            self.board.use(self.config)
+        except OSError:
+            pass  # nobody knows its pins: start() says it
 
     def __repr__(self):
         if not self.running:
@@ -132,7 +149,11 @@ class App:
     def _begin(self, ran):
         """Start; where it fails, a loop that ran before is said to stand still now."""
         try:
-            self._start()
+            if self._calm:
+                self._calm.__exit__()
+                self._calm = None
+            with Feeding(self):
+                self._start()
         except BaseException as error:
             if ran or isinstance(error, KeyboardInterrupt):
                 print("stopped: app.start() begins anew")
@@ -140,17 +161,16 @@ class App:
 
     def _start(self):
         self.stop()
-        feed = self.outputs.feed  # of a watchdog that runs since an earlier start
-        if feed:
-            feed()
+        self.board.check_version()
+        self.board.use(self.config)
+        startup.check(self.config, self.board)
         for other in self._running:
             if other.board.i2c_id == self.board.i2c_id:
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
-        startup.check(self.config)
         self._find_sensor()
-        began = learning.begin(self.imu, self.config, feed)
+        began = learning.begin(self.imu, self.config)
         self.calibration = began.calibration
-        for text in self.warnings + began.warnings:
+        for text in self.warnings + began.warnings + self.board.warnings():
             print("warning:", text)
         self.warnings = began.warnings
         wiring.adopt_sensor(self, began.known)
@@ -179,31 +199,44 @@ class App:
         finally:  # also after a Ctrl-C
             self.outputs.safe()
         try:
-            keep_learned(self.learning.learned(), self.imu)
+            keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _watch(self):
+        """Start the watchdog where a knob asks for it; it bites from now on."""
+        wanted = self.config.watchdog_ms
+        if wanted and not self._watched:
+            self._watched = wanted
+            self.outputs.watch(self.board.watchdog(wanted).feed)
+        elif wanted != self._watched:
+            print("the watchdog stays at %d ms until a reset" % self._watched)
+
     def _find_sensor(self):
         """`imu` is there and measures as the knobs say. OSError says what to check."""
+        self.board.use(self.config)
+        self.bus = bus.of(self.board.i2c_id)
         if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+            self.imu = startup.sensor(self.board, self.config, self.bus, self.kind)
         else:
-            startup.again(self.imu, self.board, self.config)
+            startup.again(self.imu, self.board, self.config, self.bus)
 
-    def _watch(self):
-        """The watchdog as its knob says; one that runs can be made another, never stopped."""
-        ms = self.config.watchdog_ms
-        if ms and ms != self._watched:
-            self._watched = ms
-            self.outputs.watch(self.board.watchdog(ms).feed)
+    def _same_sensor(self, other):
+        mine, its = self.board, other.board
+        same_wires = (mine.i2c_id, mine.sda, mine.scl) == (its.i2c_id, its.sda, its.scl)
+        if mine.i2c_id == its.i2c_id and not same_wires:
+            text = "I2C%d has the pins SDA GP%d, SCL GP%d for a running App: set the knob bus"
+            raise OSError(text % (its.i2c_id, its.sda, its.scl))
+        return same_wires and other.config.address == self.config.address
 
     def paused(self, work):
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
         try:
             self.stop()
-            self._find_sensor()
-            return work(self.imu)
+            with Feeding(self):
+                self._find_sensor()
+                return work(self.imu)
         finally:
             if running:
                 self._begin(True)
@@ -251,18 +284,20 @@ class App:
         for controller in self._attached.values():
             if hasattr(controller, "check"):
                 controller.check(config)
-        if self.loop is None or self.imu is None:
-            startup.check(config)
+        moved = [name for name in names if name in PLACE or name.startswith("pin_")]
+        if moved and self._move(moved, before):
             return
-        startup.sensor_rate_hz(config)
-        if config.address != before["address"]:
-            self._change_sensor(before)
-        else:
-            self._put(names)
+        if self.loop is None or self.imu is None:
+            startup.check(config, self.board)
+            return
+        startup.check_pace(config, self.board)
+        self._put(names)
 
     def _put(self, names):
         """What these knobs say now, into all that works with it."""
         config = self.config
+        if _any(names, PACE):
+            self.board.use(config)
         pace = _any(names, PACE) or filters.is_timed(config.filter) != self.filter.timed
         if pace or _any(names, CHIP):
             wiring.change(self, pace)
@@ -274,8 +309,25 @@ class App:
             wiring.settle(self)
         if _any([name.split("_")[0] for name in names], self._attached):
             self.outputs.tune(self.period_us)
-        if self.running:
+        if "watchdog_ms" in names:
             self._watch()
+
+    def _move(self, names, before):
+        """Knobs of the board, or of where the sensor is: pins are looked at together when it
+        starts, since they can only be changed one by one. True where it has started anew."""
+        for name in names:
+            if name.startswith("pin_"):
+                self.board.check_pin(name, getattr(self.config, name))
+        startup.check(self.config, self.board)
+        elsewhere = [name for name in names if not name.startswith("pin_out")]
+        if not self.running:
+            if elsewhere:
+                self.imu = None
+            return False
+        self.board.use(self.config)
+        if elsewhere:
+            self._change_sensor(before)
+        return bool(elsewhere)
 
     def _change_sensor(self, before):
         running, old = self.running, self.imu
@@ -286,6 +338,7 @@ class App:
                 self._start()
         except BaseException:
             self.config.take(before)
+            self.board.use(self.config)
             old.use_bus(self.board.i2c())  # the search for the other one has used its wires
             self.imu = old
             self._begin(True)
@@ -293,9 +346,7 @@ class App:
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
-        self.config.show(PACE + ("address",))
-        if self._watched and not self.config.watchdog_ms:
-            print("a watchdog of %d ms goes on until the board's reset" % self._watched)
+        self.config.show(PACE + PLACE)
 
     def changed(self):
         """{name: value} of the knobs that differ from their defaults."""
@@ -317,7 +368,9 @@ class App:
             self._change({knob.name: knob.default for knob in KNOBS if knob.name in changed})
 
     def save(self):
-        """Keep the knobs on the flash, for the next start. OSError when it refuses."""
+        """Keep the knobs on the flash, for the next start. OSError when it refuses; ValueError
+        where pins do not go together: it would not start with them."""
+        self._fit()
         self.config.save()
         return "saved; %s" % (self.config.changed() or "all knobs have their defaults")
 
@@ -354,7 +407,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         def measure(imu):
-            steps = Calibrating(imu)
+            steps = Calibrating(imu, self.config.calibration_path)
             steps.here()
             return steps.save()
 
@@ -427,8 +480,10 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
+        self._calm = Feeding(self, _CALIBRATING_S)
+        self._calm.__enter__()
         self._find_sensor()
-        return Calibrating(self.imu)
+        return Calibrating(self.imu, self.config.calibration_path)
 
     @property
     def roll_deg(self):

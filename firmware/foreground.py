@@ -51,6 +51,8 @@ class Foreground:
     def _after(self, _):
         words, app = self._words, self._app
         words[_WAITING] = 0
+        if not app.running:
+            return  # it waited in the queue while the loop ended: outputs are safe
         bus = app.bus
         patient, bus.patient = bus.patient, False  # a soft tick cannot run while this does
         try:

@@ -44,12 +44,9 @@ _LONG_US = const(60000000)
 _SLOPE_MAX = 0.7  # deg/s per degC: twice the datasheet's (PS p. 12)
 
 
-def begin(imu, config, feed=None):
-    """A Begin: the stored calibration with the gyro's bias as it is now. OSError.
-
-    feed: of a watchdog that runs already.
-    """
-    cal, warnings = load_for(imu)
+def begin(imu, config):
+    """A Begin: the stored calibration with the gyro's bias as it is now. OSError."""
+    cal, warnings = load_for(imu, config.calibration_path)
     stored, stored_c = any(cal.gyro_bias_dps), cal.temp_c
     first(imu)
     cal = cal.at(imu.temp_c())
@@ -59,12 +56,10 @@ def begin(imu, config, feed=None):
         good, lines = tested(imu)
         if not good:
             warnings.append("self-test failed, or the sensor was moved: " + ", ".join(lines))
-        if feed:
-            feed()
     known, still = SURE if stored else NOTHING, None
     if config.rest_s:
         try:
-            still = _rested(imu, config, feed)
+            still = _rested(imu, config)
         except NotStill as error:
             used = "the stored one is used" if stored else "none is known, angles are uncertain"
             warnings.append("gyro bias not measured, %s: it %s" % (used, error))
@@ -84,14 +79,14 @@ def begin(imu, config, feed=None):
     return Begin(_folding(cal, imu, config, warnings), known, still, warnings)
 
 
-def _rested(imu, config, feed):
+def _rested(imu, config):
     """A Rest; waits for it a while. NotStill, OSError."""
     # the low-pass forgets the gyro's start: eight of its time constants, two of the samples
     time.sleep_ms(int(8 * 160 / config.dlpf_hz + 2000 / imu.rate_hz))
     began = time.ticks_ms()
     while True:
         try:
-            return rest(imu, config.rest_s, config.still_dps / _SPREAD, feed)
+            return rest(imu, config.rest_s, config.still_dps / _SPREAD)
         except NotStill:
             if time.ticks_diff(time.ticks_ms(), began) > 1000 * _TRIES * config.rest_s:
                 raise

@@ -25,9 +25,11 @@ class Loop:
     lead_us: with a timer, tick.begin is called this long before each step; 0: not at all.
     guard: a second source, a timer: it ticks in the first one's place when that stays away;
     guard_us: how often it looks.
+    guards: firmware.stack.Guards of what a hard interrupt calls: begin, run, the guard.
     """
 
-    def __init__(self, tick, source, rate_hz=250, grid=True, lead_us=0, guard=None, guard_us=0):
+    def __init__(self, tick, source, rate_hz=250, grid=True, lead_us=0, guard=None, guard_us=0,
+                 guards=None):  # fmt: skip
         if not 80 <= rate_hz <= 1000:
             raise ValueError("rate_hz %s: 80 to 1000" % rate_hz)
         self.period_us = round(1000000 / rate_hz)
@@ -43,6 +45,7 @@ class Loop:
         self._guard = guard
         self._guard_us = max(guard_us, 2 * self.period_us)
         self._on_guard = self._watch_edges
+        self._guards = guards
         self._sources = []
         self.readers = []
 
@@ -58,13 +61,17 @@ class Loop:
         self.dead = False
         self._timing.clear()
         if self._lead_us:
-            self._sources.append(self._source(self.period_us, self._tick.begin))
+            self._sources.append(self._source(self.period_us, self._call(0, self._tick.begin)))
             time.sleep_us(self._lead_us)
-        self._sources.append(self._source(self.period_us, self._tick.run))
+        self._sources.append(self._source(self.period_us, self._call(1, self._tick.run)))
         self._timing.start(self.period_us, self._grid, time.ticks_us())
         if self._guard is not None:
             time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
-            self._sources.append(self._guard(self._guard_us, self._on_guard))
+            call = self._call(2, self._on_guard)
+            self._sources.append(self._guard(self._guard_us, call))
+
+    def _call(self, place, callback):
+        return self._guards[place].over(callback) if self._guards else callback
 
     def stop(self):
         """End ticking; a call still queued does nothing."""

@@ -19,7 +19,7 @@ from firmware.learning import Learning
 from firmware.loop import Loop
 from firmware.tick import estimate, judge
 
-_LEAD_US = const(450)  # a burst takes 400 us on the bus
+_LEAD_US = const(60)  # before a burst is needed it has to be on the bus for its time and this
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
@@ -89,7 +89,8 @@ def wire(app, old):
     on_timer = config.drive == "timer"
     timed = filters.is_timed(config.filter)
     hard = not timed and board.has_hard(on_timer)
-    lead_us = _LEAD_US if on_timer and config.burst != "blocking" and app.imu.split else 0
+    split = on_timer and config.burst != "blocking" and app.imu.split
+    lead_us = board.burst_us(board.bus_hz) + _LEAD_US if split else 0
     app.tick_kind = "hard" if hard else "soft"
     rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
     readers = app.loop.readers if app.loop else []
@@ -101,6 +102,7 @@ def wire(app, old):
         lead_us=lead_us,
         guard=board.ticking(board.timer, hard and board.has_hard(True)),
         guard_us=min(_GUARD_US, 333 * config.failsafe_ms) if on_timer else 0,
+        guards=_guards(app, 3) if hard else None,
     )
     app.loop.readers = readers
     app.period_us = app.loop.period_us
@@ -108,6 +110,15 @@ def wire(app, old):
     app.tick.wire(app.imu, app.bus.words, app.loop.period_us, timed, lead_us)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
+
+
+def _guards(app, count):
+    """firmware.stack.Guards of this app, which it keeps: each takes 25 ms to make."""
+    from firmware.stack import Guard
+
+    while len(app.guards) < count:
+        app.guards.append(Guard())
+    return app.guards
 
 
 def begin_anew(app):

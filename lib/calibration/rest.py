@@ -28,17 +28,16 @@ class NotStill(ValueError):
     """The sensor moved while it should rest; the text says how."""
 
 
-def rest(imu, seconds=1.0, gyro_limit_dps=_GYRO_LIMIT_DPS, each=None):
+def rest(imu, seconds=1.0, gyro_limit_dps=_GYRO_LIMIT_DPS):
     """Mean readings (a Rest) of a sensor that lies still. NotStill says why not. OSError.
 
     seconds: at least; a slow sensor takes as many samples as its noise asks for.
-    gyro_limit_dps: the largest standard deviation of a rate that is still rest. each: called with
-    each good sample: a watchdog's feed.
+    gyro_limit_dps: the largest standard deviation of a rate that is still rest.
     """
     needed = 8 + imu.dlpf_hz // 8  # samples of their own until a mean rate is good to 0.03 deg/s
     half_s = 0.5 * max(seconds, needed / imu.rate_hz)
-    half = _Half(imu, gyro_limit_dps, half_s, each)
-    more = _Half(imu, gyro_limit_dps, half_s, each, half.centre)
+    half = _Half(imu, gyro_limit_dps, half_s)
+    more = _Half(imu, gyro_limit_dps, half_s, half.centre)
     scale = [imu.accel_lsb_per_g] * 3 + [imu.gyro_lsb_per_dps] * 3
     share = more.count / (half.count + more.count)
     mean, spread, drift = [], [], []
@@ -77,8 +76,8 @@ class _Half:
     """Samples of half a rest: counts about a centre, so that the sums stay small integers. One in
     five may be lost or garbled."""
 
-    def __init__(self, imu, gyro_limit_dps, seconds, each=None, centre=None):
-        self._imu, self._each = imu, each
+    def __init__(self, imu, gyro_limit_dps, seconds, centre=None):
+        self._imu = imu
         self.count = self._failed = 0
         self._sums, self._squares, self._temps = [0] * 6, [0] * 6, 0.0
         self._pause_us = max(500, min(20000, round(500000 / imu.rate_hz)))
@@ -127,8 +126,6 @@ class _Half:
                 self._lost(error)
                 continue
             if imu.plausible():
-                if self._each:
-                    self._each()
                 return list(imu.counts[:3]) + list(imu.counts[4:])
             self._lost(NotStill("no data: the sensor sends %s" % list(imu.counts)))
 
