@@ -347,6 +347,8 @@ class App:
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
         self.config.show(PACE + PLACE)
+        if self._watched:
+            self._watch()  # says where the one that runs is another
 
     def changed(self):
         """{name: value} of the knobs that differ from their defaults."""

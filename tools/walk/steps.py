@@ -159,7 +159,8 @@ class Steps:
             return
         self._call(getattr(app, name))
         if name == "show":
-            shown = dict(line[2:].split()[:2] for line in world.said.splitlines())
+            lines = world.said.splitlines()[: len(app.config.values())]
+            shown = dict(line[2:].split()[:2] for line in lines)
             assert shown == {name: str(value) for name, value in app.config.values().items()}
 
     def watch(self, key=False):
