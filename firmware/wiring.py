@@ -186,6 +186,8 @@ def begin(app, still):
             app.filter.relevel()
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
+    for place in range(7):  # a pause ahead of the first tick is bridged from here
+        tick.memory[place] = burst[place]
     estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
     app.learning.begin()
     tick.est[_UNCERTAIN] = 1 if words[_UNSURE_US] else 0

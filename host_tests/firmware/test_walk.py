@@ -109,7 +109,7 @@ def _forgets_the_key(patch, app):
 
 def _shares_the_sensor(patch, app):
     """A second App takes the sensor."""
-    type(app)._running = ()
+    type(app)._running.clear()
 
 
 SABOTAGE = [  # what is broken, steps before it, steps after it, the words of the promise
@@ -139,7 +139,7 @@ SABOTAGE = [  # what is broken, steps before it, steps after it, the words of th
                                        ("wait", {"ms": 2500})], "its gains"),
     (_never_mends, REST, [FAULT, ("wait", {"ms": 3000})], "after the last trouble"),
     (_forgets_the_key, REST, [("watch", {"key": True})], "the key stays in the line"),
-    (_shares_the_sensor, REST, [("second_app", {})], "was using the bus"),
+    (_shares_the_sensor, REST, [("second_app", {})], "a second App has the sensor"),
 ]  # fmt: skip
 
 

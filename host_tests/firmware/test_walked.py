@@ -302,3 +302,20 @@ def test_ctrl_c_anywhere_in_set_leaves_the_knob_as_it_was(board, knob, value, ru
         steps += [("set", {"knob": knob, "value": value, "how": "Ctrl-C", "after": after}),
                   ("wait", {"ms": 20}), ("verb", {"name": "defaults"})]  # fmt: skip
     replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("ms", [30, 120, 300])
+def test_a_pause_after_a_restart_is_not_bridged_with_the_rate_before_it(board, ms, tmp_path):
+    steps = [
+        *REST,
+        ("move", {"kind": "free", "amplitude_deg": 25}),
+        ("wait", {"ms": 2200}),
+        ("stop", {}),
+        ("move", {"kind": "rest"}),
+        ("wait", {"ms": 900}),
+        ("start", {}),
+        ("pause", {"ms": ms}),
+        ("wait", {"ms": 300}),
+    ]
+    replay(board, steps, tmp_path)

@@ -37,7 +37,7 @@ first = marks()
 LOOK = """
 last = marks()
 s = app.stats()
-print("=", (first, last, dict(s)))
+print("=", (first, last, s))
 """
 # name, parameters, share of the time at which it begins, how long (s), ms until good samples
 FAULTS = (

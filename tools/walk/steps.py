@@ -222,7 +222,7 @@ class Steps:
         if not world.app.running:
             return
         other = type(world.app)()
-        assert not self._call(other.start) and not other.running
+        assert not self._call(other.start) and not other.running, "a second App has the sensor"
 
     def edit(self, what):
         """config.txt by hand, and a restart."""
