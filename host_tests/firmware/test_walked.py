@@ -319,3 +319,19 @@ def test_a_pause_after_a_restart_is_not_bridged_with_the_rate_before_it(board, m
         ("wait", {"ms": 300}),
     ]
     replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("kind, ms", [("timeout", 120), ("int_dead", 1100), ("nack", 300)])
+def test_the_guard_of_the_edges_and_they_never_tick_at_once(board, kind, ms, tmp_path):
+    steps = [
+        *REST,
+        ("set", {"knob": "rate_hz", "value": 1000}),
+        ("set", {"knob": "drive", "value": "data-ready"}),
+        ("wait", {"ms": 100}),
+        ("fault", {"kind": kind, "ms": ms}),
+        ("set", {"knob": "dlpf_hz", "value": 94}),
+        ("other_device", {"ms": 25}),
+        ("wait", {"ms": 300}),
+    ]
+    replay(board, steps, tmp_path)
