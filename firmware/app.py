@@ -25,7 +25,6 @@ from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config, checked
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
-from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 from firmware.watchdog import Feeding
@@ -100,7 +99,7 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
-        self.stream = Stream(self)
+        self._stream = None
         self._copy = array("i", self.tick.est)
         self._calm = None  # feeds the watchdog while somebody calibrates
         self._watched = 0  # ms of the watchdog that runs
@@ -254,7 +253,17 @@ class App:
             self._take_back(name, running)
             raise
         self._past = self._past[1 - _UNDO :] + [(name, before[name])]
-        self.stream.changed(None if name in ALL_OVER else name)
+        if self._stream:
+            self._stream.changed(None if name in ALL_OVER else name)
+
+    @property
+    def stream(self):
+        """The firmware.stream.Stream, loaded when somebody wants it: it takes 13 KB."""
+        if not self._stream:
+            from firmware.stream import Stream
+
+            self._stream = Stream(self)
+        return self._stream
 
     def _take_back(self, name, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
