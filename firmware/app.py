@@ -93,6 +93,7 @@ class App:
         self.telemetry = Telemetry(console or Console())
         self.period_us = 0
         self.tick_kind = "soft"
+        self.guards = []
         self.outputs = Outputs(self.tick, self)
         self.imu = self.filter = self.loop = self.calibration = self.mend = self.learning = None
         self.angles_mdeg = memoryview(self.tick.est)[2:5]

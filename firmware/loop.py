@@ -23,9 +23,10 @@ class Loop:
     grid: True for a source with a grid of its own (a timer), False for the sensor's edges.
     lead_us: with a timer, tick.begin is called this long before each step; 0: not at all.
     guard: for edges, a second source, a timer: it ticks in their place when they stay away.
+    guards: firmware.stack.Guards of what a hard interrupt calls: begin, run, the edges' timer.
     """
 
-    def __init__(self, tick, source, rate_hz=250, grid=True, lead_us=0, guard=None):
+    def __init__(self, tick, source, rate_hz=250, grid=True, lead_us=0, guard=None, guards=None):
         if not 80 <= rate_hz <= 1000:
             raise ValueError("rate_hz %s: 80 to 1000" % rate_hz)
         self.period_us = round(1000000 / rate_hz)
@@ -37,6 +38,7 @@ class Loop:
         self._lead_us = lead_us
         self._guard = guard
         self._on_guard = self._watch_edges
+        self._guards = guards
         self._sources = []
         self.readers = []
 
@@ -51,12 +53,15 @@ class Loop:
         self.edges_missing = 0
         self._timing.clear()
         if self._lead_us:
-            self._sources.append(self._source(self.period_us, self._tick.begin))
+            self._sources.append(self._source(self.period_us, self._call(0, self._tick.begin)))
             time.sleep_us(self._lead_us)
-        self._sources.append(self._source(self.period_us, self._tick.run))
+        self._sources.append(self._source(self.period_us, self._call(1, self._tick.run)))
         self._timing.start(self.period_us, self._grid, time.ticks_us())
         if self._guard is not None:
-            self._sources.append(self._guard(2 * self.period_us, self._on_guard))
+            self._sources.append(self._guard(2 * self.period_us, self._call(2, self._on_guard)))
+
+    def _call(self, place, callback):
+        return self._guards[place].over(callback) if self._guards else callback
 
     def stop(self):
         """End ticking; a call still queued does nothing."""

@@ -99,6 +99,7 @@ def wire(app, old):
         grid=on_timer,
         lead_us=lead_us,
         guard=None if on_timer else board.ticking(board.timer, hard and board.has_hard(True)),
+        guards=_guards(app, 2 if on_timer else 3) if hard else None,
     )
     app.loop.readers = readers
     app.period_us = app.loop.period_us
@@ -106,6 +107,15 @@ def wire(app, old):
     app.tick.wire(app.imu, app.bus.words, app.loop.period_us, timed, lead_us)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
+
+
+def _guards(app, count):
+    """firmware.stack.Guards of this app, which it keeps: each takes 25 ms to make."""
+    from firmware.stack import Guard
+
+    while len(app.guards) < count:
+        app.guards.append(Guard())
+    return app.guards
 
 
 def begin_anew(app):
