@@ -122,7 +122,62 @@ def by_board(results):
     return "\n".join(lines)
 
 
+# a sensor is as good as another within a fifth, a tick and the noise of an angle
+_WITHIN, _TICK_S, _NOISE_DEG = 1.2, 0.004, 0.1
+
+
+def compared(first, second):
+    """(text, kinds that are worse) of another sensor's figures beside the first's."""
+    lines, worse = [f"\n{'fault':18}{'recovery, ms':>20}{'claimed, degrees':>20}"], []
+    for name, row in second["kinds"].items():
+        before = first["kinds"][name]
+        over = (
+            row["max_recovery_s"] > _WITHIN * before["max_recovery_s"] + _TICK_S
+            or row["max_error_deg"] > _WITHIN * before["max_error_deg"] + _NOISE_DEG
+        )
+        if over:
+            worse.append(name)
+        lines.append(
+            f"{name:18}{before['max_recovery_s'] * 1000:10.1f}{row['max_recovery_s'] * 1000:10.1f}"
+            f"{before['max_error_deg']:10.2f}{row['max_error_deg']:10.2f}"
+            f"{'  worse' if over else ''}"
+        )
+    lines.append(f"\n{len(second['kinds']) - len(worse)} of {len(second['kinds'])} kinds as good")
+    return "\n".join(lines), worse
+
+
 def main(arguments=None):
+    options = _options(arguments)
+    began = time.monotonic()
+    names = options.only or [k.name for k in KINDS]
+    told = {}
+    for sensor in ("mpu6050", "minimu9") if options.sensor == "both" else (options.sensor,):
+        mine = [name for name in names if sensor == "mpu6050" or name not in ITS_OWN]
+        results = measure(mine, options.runs, options.jobs, sensor=sensor, boards=options.boards)
+        told[sensor] = summary(results)
+        print(f"{sensor}\n{table(told[sensor])}")
+        if tuple(options.boards) != BOARDS:
+            print(by_board(results))
+    bad = [name for data in told.values() for name, row in data["kinds"].items()
+           if verdict(name, row)]  # fmt: skip
+    bad += ["uncaught" for data in told.values() if data["uncaught"]]
+    if options.sensor == "both":
+        text, worse = compared(*told.values())
+        print(text)
+        bad += worse
+    else:
+        told = told[options.sensor]
+    if options.json:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(json.dumps(told, indent=1) + "\n")
+    from tools.faults.picture import draw
+
+    draw(results, options.out)
+    print(f"picture: {options.out.resolve()}   ({time.monotonic() - began:.0f} s)")
+    return 1 if bad else 0
+
+
+def _options(arguments):
     parser = argparse.ArgumentParser(prog="python -m tools.faults", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there")
@@ -136,30 +191,13 @@ def main(arguments=None):
         "--esp32", dest="boards", action="store_const", const=ESP32,
         help="ESP32, S3 and C3 with MicroPython 1.24 to 1.29; a line for each",
     )  # fmt: skip
-    parser.add_argument("--sensor", choices=("mpu6050", "minimu9"), default="mpu6050")
+    parser.add_argument(
+        "--sensor", choices=("mpu6050", "minimu9", "both"), default="mpu6050",
+        help="both: one beside the other",
+    )  # fmt: skip
     parser.add_argument("--jobs", type=int, help="processes, default: one per core")
     parser.add_argument("--out", type=Path, default=Path("out/faults.png"), help="the picture")
-    options = parser.parse_args(arguments)
-    began = time.monotonic()
-    names = options.only or [k.name for k in KINDS]
-    if options.sensor == "minimu9":
-        names = [name for name in names if name not in ITS_OWN]
-    results = measure(
-        names, options.runs, options.jobs, sensor=options.sensor, boards=options.boards
-    )
-    data = summary(results)
-    print(table(data))
-    if tuple(options.boards) != BOARDS:
-        print(by_board(results))
-    if options.json:
-        options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(json.dumps(data, indent=1) + "\n")
-    from tools.faults.picture import draw
-
-    draw(results, options.out)
-    print(f"picture: {options.out.resolve()}   ({time.monotonic() - began:.0f} s)")
-    bad = [name for name, row in data["kinds"].items() if verdict(name, row)]
-    return 1 if bad or data["uncaught"] else 0
+    return parser.parse_args(arguments)
 
 
 if __name__ == "__main__":

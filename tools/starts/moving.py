@@ -32,7 +32,7 @@ class Turn:
 
     duration_s = None
 
-    def __init__(self, dps, axis, begin_s, end_s):
+    def __init__(self, dps, axis="z", begin_s=0.0, end_s=TURNS_S):
         self.dps, self.axis, self.begin_s, self.end_s = dps, "xyz".index(axis), begin_s, end_s
 
     def angle_deg(self, t_s):
