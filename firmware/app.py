@@ -25,7 +25,6 @@ from firmware.calibration import keep_learned
 from firmware.config import KNOBS, Config
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
-from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 from firmware.watchdog import Feeding
@@ -101,7 +100,7 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
-        self.stream = Stream(self)
+        self._stream = None
         self._copy = array("i", self.tick.est)
         self._calm = None  # feeds the watchdog while somebody calibrates
         self._watched = 0  # ms of the watchdog that runs
@@ -265,14 +264,24 @@ class App:
             allowed = True
             self._apply(values, before)
             past = self._past[1 - _UNDO :] + [{name: before[name] for name in values}]
-            for name in values:
-                self.stream.changed(None if name in ALL_OVER else name)
+            if self._stream:
+                for name in values:
+                    self._stream.changed(None if name in ALL_OVER else name)
             self._past = past
         except BaseException:  # a Ctrl-C too
             config.take(before)
             if allowed:
                 self._take_back(values, running)
             raise
+
+    @property
+    def stream(self):
+        """The firmware.stream.Stream, loaded when somebody wants it: it takes 13 KB."""
+        if not self._stream:
+            from firmware.stream import Stream
+
+            self._stream = Stream(self)
+        return self._stream
 
     def _take_back(self, names, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
