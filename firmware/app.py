@@ -257,7 +257,7 @@ class App:
         """All of these knobs, or none."""
         config = self.config
         before, running = config.values(), self.running
-        allowed = False
+        allowed, kept = False, before
         try:
             for name in values:
                 config.set(name, values[name])
@@ -267,12 +267,12 @@ class App:
             if self._stream:
                 for name in values:
                     self._stream.changed(None if name in ALL_OVER else name)
+            kept = config.values()
             self._past = past
-        except BaseException:  # a Ctrl-C too
-            config.take(before)
-            if allowed:
+        finally:  # after a Ctrl-C too; the first line of this nothing can keep from being done
+            config.take(kept)
+            if kept is before and allowed:
                 self._take_back(values, running)
-            raise
 
     @property
     def stream(self):

@@ -344,3 +344,12 @@ def test_ctrl_c_in_what_is_done_after_a_tick_harms_nothing(board, kind, tmp_path
     for after in (0, 1, 2, 3, 5, 8, 13, 20, 30, 45, 70):
         steps += [("fault", {"kind": kind, "ms": 120}), ("interrupt", {"ms": 150, "after": after})]
     replay(board, steps, tmp_path)
+
+
+@boards
+def test_ctrl_c_while_a_value_is_refused_leaves_it_refused(board, tmp_path):
+    steps = list(REST)
+    for after in range(0, 64, 3):
+        for knob, value in (("pin_out_3", 63), ("rate_hz", 7)):
+            steps.append(("set", {"knob": knob, "value": value, "how": "Ctrl-C", "after": after}))
+    replay(board, steps, tmp_path)
