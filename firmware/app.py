@@ -22,10 +22,9 @@ from micropython import const
 from firmware import board as boards
 from firmware import bus, filters, learning, sample, startup, wiring
 from firmware.calibration import keep_learned
-from firmware.config import KNOBS, Config, checked
+from firmware.config import KNOBS, Config
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
-from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
 from firmware.watchdog import Feeding
@@ -100,11 +99,11 @@ class App:
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
-        self.stream = Stream(self)
+        self._stream = None
         self._copy = array("i", self.tick.est)
         self._calm = None  # feeds the watchdog while somebody calibrates
         self._watched = 0  # ms of the watchdog that runs
-        self._attached = []
+        self._attached = {}  # type: dict  # applications by name
         self._past = []
 
     def _believe_knobs(self):
@@ -165,7 +164,7 @@ class App:
         self.board.use(self.config)
         startup.check(self.config, self.board)
         for other in self._running:
-            if self._same_sensor(other):
+            if other.board.i2c_id == self.board.i2c_id:
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         self._find_sensor()
         began = learning.begin(self.imu, self.config)
@@ -193,9 +192,11 @@ class App:
             self._running.remove(self)
         if not self.running:
             return
-        self.loop.stop()
-        self.bus.forget()
-        self.outputs.safe()
+        try:
+            self.loop.stop()
+            self.bus.forget()
+        finally:  # also after a Ctrl-C
+            self.outputs.safe()
         try:
             keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
@@ -230,8 +231,8 @@ class App:
     def paused(self, work):
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
-        self.stop()
         try:
+            self.stop()
             with Feeding(self):
                 self._find_sensor()
                 return work(self.imu)
@@ -244,68 +245,98 @@ class App:
     def set(self, name, value):
         """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
         the sensor does not take it; then all is as it was."""
+        self._change({name: value})
+
+    def _change(self, values):
+        """All of these knobs, or none."""
         config = self.config
         before, running = config.values(), self.running
-        config.set(name, value)
+        allowed = False
         try:
-            self._apply(name, before)
-        except BaseException:
+            for name in values:
+                config.set(name, values[name])
+            allowed = True
+            self._apply(values, before)
+            past = self._past[1 - _UNDO :] + [{name: before[name] for name in values}]
+            if self._stream:
+                for name in values:
+                    self._stream.changed(None if name in ALL_OVER else name)
+            self._past = past
+        except BaseException:  # a Ctrl-C too
             config.take(before)
-            self._take_back(name, running)
+            if allowed:
+                self._take_back(values, running)
             raise
-        self._past = self._past[1 - _UNDO :] + [(name, before[name])]
-        self.stream.changed(None if name in ALL_OVER else name)
 
-    def _take_back(self, name, running):
+    @property
+    def stream(self):
+        """The firmware.stream.Stream, loaded when somebody wants it: it takes 13 KB."""
+        if not self._stream:
+            from firmware.stream import Stream
+
+            self._stream = Stream(self)
+        return self._stream
+
+    def _take_back(self, names, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
         try:
-            if self.loop and self.imu and (name in CHIP or name in PACE):
-                wiring.change(self, name in PACE)
+            if self.loop and self.imu:
+                self._put(names)
             if running and not self.running:
                 self.loop.start()
         finally:
             if running and not self.running:
                 self.outputs.safe()
 
-    def _apply(self, name, before):
+    def _apply(self, names, before):
         config = self.config
-        if name in PLACE or name.startswith("pin_"):
-            self._move(name, before)
+        for controller in self._attached.values():
+            if hasattr(controller, "check"):
+                controller.check(config)
+        moved = [name for name in names if name in PLACE or name.startswith("pin_")]
+        if moved and self._move(moved, before):
             return
         if self.loop is None or self.imu is None:
             startup.check(config, self.board)
             return
         startup.check_pace(config, self.board)
-        if name in PACE:
-            self.board.use(config)
-        if name in CHIP or name in PACE:
-            wiring.change(self, name in PACE)
-        elif name == "filter":
-            if filters.is_timed(config.filter) != self.filter.timed:
-                wiring.change(self, True)
-            else:
-                wiring.renew(self, self.filter)
-        elif name in filters.SETTINGS[config.filter]:
-            wiring.prepare(self, settings=filters.settings(config, self.imu))
-        elif name == "watchdog_ms":
-            self._watch()
-        elif name.split("_")[0] in self._attached:
-            self.outputs.tune(self.period_us)
-        else:
-            wiring.settle(self)
+        self._put(names)
 
-    def _move(self, name, before):
-        """A knob of the board, or of where the sensor is: pins are looked at together when it
-        starts, since they can only be changed one by one."""
-        if name.startswith("pin_"):
-            self.board.check_pin(name, getattr(self.config, name))
+    def _put(self, names):
+        """What these knobs say now, into all that works with it."""
+        config = self.config
+        if _any(names, PACE):
+            self.board.use(config)
+        pace = _any(names, PACE) or filters.is_timed(config.filter) != self.filter.timed
+        if pace or _any(names, CHIP):
+            wiring.change(self, pace)
+        else:
+            if "filter" in names:
+                wiring.renew(self, self.filter)
+            elif _any(names, filters.SETTINGS[config.filter]):
+                wiring.prepare(self, settings=filters.settings(config, self.imu))
+            wiring.settle(self)
+        if _any([name.split("_")[0] for name in names], self._attached):
+            self.outputs.tune(self.period_us)
+        if "watchdog_ms" in names:
+            self._watch()
+
+    def _move(self, names, before):
+        """Knobs of the board, or of where the sensor is: pins are looked at together when it
+        starts, since they can only be changed one by one. True where it has started anew."""
+        for name in names:
+            if name.startswith("pin_"):
+                self.board.check_pin(name, getattr(self.config, name))
         startup.check(self.config, self.board)
-        if self.running:
-            self.board.use(self.config)
-            if not name.startswith("pin_out"):
-                self._change_sensor(before)
-        elif not name.startswith("pin_out"):
-            self.imu = None
+        elsewhere = [name for name in names if not name.startswith("pin_out")]
+        if not self.running:
+            if elsewhere:
+                self.imu = None
+            return False
+        self.board.use(self.config)
+        if elsewhere:
+            self._change_sensor(before)
+        return bool(elsewhere)
 
     def _change_sensor(self, before):
         running, old = self.running, self.imu
@@ -325,27 +356,27 @@ class App:
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
         self.config.show(PACE + PLACE)
+        if self._watched:
+            self._watch()  # says where the one that runs is another
 
     def changed(self):
         """{name: value} of the knobs that differ from their defaults."""
         return self.config.changed()
 
     def undo(self):
-        """Take back the last set(); returns (name, value) as it is again, None: nothing left."""
-        if not self._past:
-            return None
-        name, value = self._past[-1]
-        past = self._past[:-1]
-        self.set(name, value)
-        self._past = past
-        return name, value
+        """Take back the last set() or defaults(); returns {name: value} as it is again."""
+        past = self._past
+        if not past:
+            return {}
+        self._change(past[-1])
+        self._past = past[:-1]
+        return past[-1]
 
     def defaults(self):
         """All knobs back to their defaults, at once; save() keeps that."""
         changed = self.config.changed()
-        for knob in KNOBS:
-            if knob.name in changed:
-                self.set(knob.name, checked(knob.name, knob.default))
+        if changed:
+            self._change({knob.name: knob.default for knob in KNOBS if knob.name in changed})
 
     def save(self):
         """Keep the knobs on the flash, for the next start. OSError when it refuses; ValueError
@@ -358,12 +389,14 @@ class App:
 
     def has(self, name):
         """Whether the application of this name runs on this app."""
-        return name in self._attached
+        controller = self._attached.get(name)
+        return controller is not None and self.outputs.has(controller.update)
 
     def attach(self, name, controller):
         """Let a controller of firmware.apps drive, and run. It has update(app), safe() and
-        tune(period_us), which is called also when one of its knobs (NAME_...) changes."""
-        self._attached.append(name)
+        tune(period_us), which is called also when one of its knobs (NAME_...) changes; where it
+        has check(config), that refuses knobs with a ValueError."""
+        self._attached[name] = controller
         self.outputs.add(controller.update, controller.safe, hard=True, tune=controller.tune)
         if not self.running:
             self.start()
@@ -409,8 +442,14 @@ class App:
 
     # ---- what one asks
 
+    def _must_run(self):
+        if not self.running:
+            raise ValueError("the loop does not run: app.start()")
+
     def sample(self):
         """A firmware.sample.Sample: the whole estimate of one tick, and whether to believe it."""
+        if self.imu is None:
+            self._must_run()
         words = self._copy
         while not estimate.read(self.tick.est, words):
             pass
@@ -424,17 +463,21 @@ class App:
 
     def report(self):
         """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
+        self._must_run()
         from firmware.report import report
 
         return report(self)
 
     def watch(self, seconds=None):
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
+        self._must_run()
         self.tick.words[_DUE] = 0  # the foreground follows each tick from now on
         self.telemetry.watch(seconds)
 
     def samples(self):
         """`async for app in app.samples()`: wakes after each step; any number of readers."""
+        if self.loop is None:
+            self._must_run()
         return self.loop.samples(self)
 
     def self_test(self):
@@ -498,6 +541,13 @@ class App:
     def uncertain(self):
         """True while the estimate is fresh but not known well enough to be claimed."""
         return not self.stale and self.tick.est[_UNCERTAIN] != 0
+
+
+def _any(names, among):
+    for name in names:
+        if name in among:
+            return True
+    return False
 
 
 micropython.alloc_emergency_exception_buf(200)  # also where boot.py is the user's own

@@ -56,7 +56,7 @@ _ROWS = (
     ("self_test", 0, "", (0, 1), 0, 0, "1: the chip tests itself at start, at rest; 1.3 s"),
     ("telemetry_hz", 50, "Hz", None, 0, 100, "lines per second; 0 silences"),
     ("failsafe_ms", 100, "ms", None, 10, 10000, "age at which outputs go to their safe value"),
-    ("output_failures", 3, "", None, 1, 1000, "exceptions of an output in a row until it is safe"),
+    ("output_failures", 3, "", None, 1, 1000, "exceptions in a row until an output is safe"),
     ("balance_kp", 200.0, "permille/deg", None, 0.0, 1000.0, "balance: of the lean"),
     ("balance_kd", 6.0, "permille s/deg", None, 0.0, 100.0, "balance: of its rate"),
     ("balance_speed", 0.02, "deg/permille", None, 0.0, 0.2, "balance: lean against the drive"),

@@ -75,6 +75,9 @@ class Foreground:
         ticks = self._ticks[_TICKS]
         missed = max(0, ticks - self._seen - 1)
         self._seen = ticks
+        if app.loop.dead:
+            print("the timer of the ticks has died: another one is started")
+            wiring.revive(app)
         if self._words[_AGAIN]:
             app.outputs.mend()
         if not app.mend.well:

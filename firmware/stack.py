@@ -10,6 +10,7 @@ recursion ends in its RuntimeError, and the loop goes on.
 They are assembled on the board, since they hold the address of a table.
 """
 
+import gc
 from array import array
 
 import machine
@@ -62,6 +63,7 @@ class Guard:
         self._table = array("I", [0, 0, 0])
         self._call = None
         space: dict = {}
+        gc.collect()  # it takes two blocks of a kilobyte
         try:
             exec(_SOURCE % _bytes(self._table), space)
         except (AttributeError, ImportError, SyntaxError):

@@ -160,8 +160,17 @@ def sensor_rate_hz(config):
 
 
 def check_pace(config, board):
-    """ValueError where the bus is too slow for the rate, or the sensor cannot set it."""
-    sensor_rate_hz(config)
+    """ValueError where the bus is too slow for the rate, or the sensor cannot make it."""
+    rate_hz = sensor_rate_hz(config)
+    refused = ""
+    try:
+        ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
+    except ValueError as error:
+        refused = str(error)
+        if config.drive != "data-ready":
+            refused = refused.replace("rate_hz", "sensor_hz")  # the knob, not the driver's name
+    if refused:
+        raise ValueError(refused)
     burst_us = board.burst_us(config.bus_hz)
     if 10 * burst_us * config.rate_hz > 7000000:
         text = "rate_hz = %d: a burst takes %d us of its period at bus_hz = %d"
@@ -179,5 +188,4 @@ class _Ranges:
 def check(config, board):
     """ValueError where the knobs do not go together, whatever each of them is by itself."""
     check_pace(config, board)
-    ranges.divider(ranges.dlpf(config.dlpf_hz)[1], sensor_rate_hz(config))
     filters.make(config, Calibration(), _Ranges(config), config.rate_hz)

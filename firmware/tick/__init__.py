@@ -239,6 +239,7 @@ class Tick:
                 elif cause == _SATURATED:
                     words[_UNUSED_US] = words[_RING_US]
                     est[_EST_UNCERTAIN] |= 1
+                    tick.gap.beyond(tick.memory)
                 words[_COUNT + cause] += 1
                 words[_DUE] = 0
             elif cause == _BUSY:
