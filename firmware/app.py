@@ -74,6 +74,7 @@ class App:
     """
 
     _running = []  # type: list  # those whose loop ticks
+    _knobs = {knob.name for knob in KNOBS} - {"filter", "bus"}  # these are the app's own too
 
     @classmethod
     def current(cls):
@@ -122,6 +123,11 @@ class App:
             self.board.use(self.config)
         except OSError:
             pass  # nobody knows its pins: start() says it
+
+    def __setattr__(self, name, value):
+        if name in self._knobs:
+            raise AttributeError("%s is a knob: app.set(%r, ...)" % (name, name))
+        object.__setattr__(self, name, value)
 
     def __repr__(self):
         if not self.running:

@@ -276,6 +276,8 @@ class Tick:
             """The long way of a tick: after and in gaps, and where the foreground asks for
             something. 1 with a good sample."""
             use = tick.now
+            if words[_DUE] <= 0:  # where each poll ends in a timeout soft ticks fill the queue:
+                tick._call_after()  # there is room before it, and none after
             if words[_PAUSE]:
                 return tick._lost(_BUSY, dt_us, now)
             words[_ODD] = 0
