@@ -170,7 +170,7 @@ class App:
         self.board.use(self.config)
         startup.check(self.config, self.board)
         for other in self._running:
-            if other.board.i2c_id == self.board.i2c_id:
+            if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         self._find_sensor()
         began = learning.begin(self.imu, self.config)

@@ -60,8 +60,10 @@ def begin(imu, config):
     if config.rest_s:
         try:
             still = _rested(imu, config)
-            bound = _bound(still, stored_c)
-            if stored and not _near(still.gyro_dps, cal.at(still.temp_c).gyro_bias_dps, bound):
+            bound = _STORED_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - stored_c)
+            bias = cal.at(still.temp_c).gyro_bias_dps
+            turn = turn_dps(still, bias, bound) if stored else 0.0
+            if stored and not turn and not _near(still.gyro_dps, bias, bound):
                 _same_again(still, imu, config)
         except NotStill as error:
             still = None
@@ -69,7 +71,6 @@ def begin(imu, config):
             warnings.append("gyro bias not measured, %s: it %s" % (used, error))
     if still:
         cal = cal.at(still.temp_c)
-        turn = turn_dps(still, cal.gyro_bias_dps, bound) if stored else 0.0
         if turn:
             text = "it turns by %.1f deg/s, or the gyro's bias has changed: the stored one is used"
             warnings.append(text % turn)
@@ -93,11 +94,6 @@ def _rested(imu, config):
         except NotStill:
             if time.ticks_diff(time.ticks_ms(), began) > 1000 * _TRIES * config.rest_s:
                 raise
-
-
-def _bound(still, stored_c):
-    """So far is the bias at a Rest from the stored one at most, deg/s."""
-    return _STORED_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - stored_c)
 
 
 def _same_again(still, imu, config):

@@ -53,7 +53,7 @@ def _wake_by(board):
         place = _DORMANT_WAKE[board.row.chip] + number // 8 * 4
         machine.mem32[place] = _LEVEL_HIGH << number % 8 * 4
         return
-    import esp32
+    import esp32  # type: ignore[import-not-found,unused-ignore]
 
     why = "MicroPython has no such function for it"
     try:

@@ -94,6 +94,8 @@ def wire(app, old):
     hard = not timed and board.has_hard(on_timer) and board.has_hard(True)
     split = on_timer and config.burst != "blocking" and app.imu.split
     lead_us = board.burst_us(board.bus_hz) + _LEAD_US if split else 0
+    if board.wait(split):
+        app.imu.use_bus(board.i2c())
     app.tick_kind = "hard" if hard else "soft"
     rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
     readers = app.loop.readers if app.loop else []

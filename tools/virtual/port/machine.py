@@ -7,7 +7,7 @@ from . import i2c_blocks, outputs, soft_i2c, timers
 from .outputs import VirtualReset
 from .pin import make_pin
 
-_FOR_EVER_MS = 3_600_000
+_FOR_EVER_MS = 600_000
 
 
 class Memory:
