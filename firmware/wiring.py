@@ -90,8 +90,7 @@ def wire(app, old):
     config, board = app.config, app.board
     on_timer = config.drive == "timer"
     timed = filters.is_timed(config.filter)
-    # on an ESP32 a timer outlives what its callback raises, and there are few
-    guarded = not on_timer or board.platform == "rp2"
+    guarded = not on_timer or board.has_spare_timer
     # edges of a hard interrupt need a guard of one: a soft one would be interrupted in its tick
     hard = not timed and board.has_hard(on_timer) and board.has_hard(True)
     split = on_timer and config.burst != "blocking" and app.imu.split
