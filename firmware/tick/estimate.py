@@ -12,7 +12,7 @@ from array import array
 import micropython
 from micropython import const
 
-# places; 2 to 11 are the filter's `out`, in its order
+# places; 2 to 12 are the filter's `out`, in its order
 _SEQ = const(0)
 _T_US = const(1)  # ticks_us of the tick
 _YAW = const(4)
@@ -54,7 +54,7 @@ def publish(est: ptr32, out: ptr32, memory: ptr16, now: int):
     est[9] = out[7]
     est[10] = out[8]
     est[11] = out[9]
-    est[_UNCERTAIN] = 0
+    est[_UNCERTAIN] = out[10]
     est[_TEMP] = (int(memory[3]) ^ 0x8000) - 0x8000
     est[_AGE_US] = 0
     est[_SEQ] = seq + 1

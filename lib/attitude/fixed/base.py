@@ -28,17 +28,18 @@ _STEP = const(25)  # the period by the nominal one, Q15
 _RATE = const(26)  # rate to millidegrees per second: times RATE / 2^15 >> RATE_SHIFT
 _RATE_SHIFT = const(27)
 
-_OUT = const(10)  # words of the results
+_OUT = const(11)  # words of the results
 
 
 class Fixed:
     """A filter of raw counts at a fixed rate.
 
-    out: a live array 'i' of ten, ready when update() returns: [0:3] roll, pitch, yaw in
+    out: a live array 'i' of eleven, ready when update() returns: [0:3] roll, pitch, yaw in
     millidegrees; [3:6] rates in the robot's frame in millidegrees per second, calibrated, less
     the learned bias; [6:9] calibrated accelerometer in the robot's frame in counts of the
-    sensor's scale; [9] 1 at rest. angles_mdeg, rates_mdps: the first two as arrays of their own.
-    They allocate nothing and cost a tenth of a property.
+    sensor's scale; [9] 1 at rest; [10] 1 while the tilt is not known well enough to be claimed.
+    angles_mdeg, rates_mdps: the first two as arrays of their own. They allocate nothing and cost
+    a tenth of a property.
 
     step(counts): one sample, counts as the sensor gives them, ax ay az temp gx gy gz (int16), at
     the filter's own period: for an interrupt. update(counts, dt_us=0): the same for all others;
@@ -56,8 +57,9 @@ class Fixed:
     _state_at: int
     _state_end: int
     _least_hz = 10
+    _spare = 1.0  # by how much the gyro's coefficients may grow while it runs
 
-    at_rest = False  # of filters that do not watch for it
+    at_rest = uncertain = False  # of filters that do not watch for it
     knows_yaw = False  # of filters of roll and pitch only
     _made = False
     timed = False  # update() needs no dt: the period is fixed
@@ -144,7 +146,8 @@ class Fixed:
     def _fold(self, cal):
         unit = self._unit_per_deg / (self._gyro_lsb * self.rate_hz)
         fold_accel(self.pending, _ACCEL, cal, self._accel_lsb)
-        self.pending[_GYRO_SHIFT] = fold_gyro(self.pending, _GYRO, cal, self._gyro_lsb, unit)
+        shift = fold_gyro(self.pending, _GYRO, cal, self._gyro_lsb, unit, self._spare)
+        self.pending[_GYRO_SHIFT] = shift
 
     def calibrate(self, calibration):
         """Fold a Calibration (bias, matrices, mounting) into the step, at no cost.

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The integer twin of attitude.Attitude: one viper call from raw counts to millidegrees.
 
-Its numbers stand in one array of 32-bit integers that these files share. A constant of viper code
-must be local to its file to be free, so what stands once is this list, and a test holds every
-const() of the folder against it. "inc" is a rate times the nominal dt / 4 in 2^-30 rad, "sum" is
-inc times samples, Qn a number times 2^n; spans of time are counts of blocks. Written by: set
-(coefficients and base: set-up, calibration, period), view (bias_view), and files of that name.
+Its numbers stand in one array of 32-bit integers that the files of this folder share. A constant
+of viper code must be local to its file to be free, so what stands once is this list, and a test
+holds every const() of the folder against it. "inc" is a rate times the nominal dt / 4 in 2^-30
+rad, "sum" is inc times samples, Qn a number times 2^n; spans of time are counts of blocks.
+Written by: set (coefficients and base: set-up, calibration, period), the files by their names;
+learn is both learn and errors.
 
 place    name        format and meaning                                              written by
 0-11     ACCEL       Q14: accelerometer's 9 coefficients, 3 offsets (folding)               set
@@ -23,108 +24,188 @@ place    name        format and meaning                                         
 34       MEAN_K      of the half-second means, Q15                                          set
 35       STILL_GYRO  sum                                                                    set
 36       STILL_ACCEL counts * samples, Q6                                                   set
-37-38    LIMIT       sum: bias that is believed before and after the first rest             set
-39-40    LIMIT_BIAS  the same, inc Q8                                                       set
-41       REST        how long it must be still                                              set
-42       RESTED_MAX  averaging time of the bias at rest                                     set
-43       YOUNG       how long the mean alone levels                                         set
-44       RAMP        gain * dt, Q24, times age                                              set
-45       K_MOTION    gain * dt, Q24                                                         set
-46       K_REST      the same                                                               set
-47       HALF_G      counts                                                                 set
-48       QUICK       5 s                                                                    set
-49       KNOWN_MAX   time constant of the bias in motion                                    set
-50       LEARN_AGE   from when on the bias is learned in motion                             set
-51       LOST        samples in 2 s                                                         set
-52       SPEED_K     Q15                                                                    set
-53       FAST        speed to gain * dt, Q24: times FAST / 2^15 >> FAST_SHIFT               set
-54       FAST_SHIFT  see FAST; the last coefficient                                         set
-55       SEQ         steps so far, modulo 2^30; the first of the state                     step
-56       W           quaternion, sensor to earth, Q30       step, slow, level, stand, turn
-57       X           the same                               step, slow, level, stand, turn
-58       Y           the same                               step, slow, level, stand, turn
-59       Z           the same                               step, slow, level, stand, turn
-60       TRIM        (|q|^2 - 1) / 2, Q18: what the next sample takes off  step, level, stand, turn
-61-63    LAST        inc of the last sample without bias                 step, stand, turn
-64-66    BIAS        inc Q8                                              slow, view, stand
-67-69    FRACTION    of the bias, Q8: what waits                                           step
-70       VX          velocity that should not be there, g * 2^24                     step, slow
-71       VY          the same                                                        step, slow
-72       PX          position that should not be there, g * 2^24                     step, slow
-73       PY          the same                                                        step, slow
-74       K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15                       slow
-75       K_SHIFT     see K                                                          slow, level
-76       K_HALF      2^(K_SHIFT - 1), to round                                             slow
-77       LEFT        time until the block is full, nominal samples Q15        step, slow, level
-78       COUNT       samples in this block so far                             step, slow, level
-79       OVER        the gyro was over its range in this block                step, slow, level
-80       DUE         the view of the bias follows at the next sample          step, slow, level
-81       BEGIN       the next sample is a block: 1 new means, 2 and yaw 0  slow, level, stand
-82-87    SUM         of the block: inc with the bias in it, calibrated counts        step, slow
-88-89    ROLL        mdeg, then the pitch; the first of the results      step, stand, turn
-90       YAW         mdeg                                                       step, turn
-91-93    RATES       mdps                                                      step, stand
-94-96    FORCE       calibrated accelerometer, counts                                      step
-97       AT_REST     1 or 0                                                                slow
-98-103   MEAN        sums of the last half second, the accelerometer's in Q6               slow
-104-106  HOME        the bias as last seen at rest, sum                        slow, stand
-107-109  HOME_BIAS   the same, inc Q8                                          slow, stand
-110-112  UP          acceleration in the earth frame, counts * samples                     slow
-113      UP_SAMPLES  how many are in it                                                    slow
-114      AGE         since the start, or since the attitude was lost           slow, stand
-115      STILL       for how long it has been still, at most REST                          slow
-116      RESTED      for how long it has been at rest, at most RESTED_MAX      slow, stand
-117      LEARNED     it has rested once                                        slow, stand
-118      MOVED       it has moved since the start                       slow, level, stand
-119      SPEED       sum of the axes' |rate| over some seconds, sum            slow, level
-120      KNOWN       how long the bias has been watched                  slow, view, stand
-121      GAIN        gain * dt, Q24                                                        slow
-122-127  TILT        Q24: earth x in sensor axes, earth y in sensor axes, filtered   slow, view
-128-133  VELOCITY    Q24, of the same filter                                         slow, view
-134-139  POSITION    Q24, of the same filter                                         slow, view
+37       SHAKEN      the same of one sample                                                 set
+38       TILTED      the same of the means                                                  set
+39       NEAR        sum: the mean rate so near a bias is one                               set
+40       DRIFT       sum Q8: so much further for each block since the last rest             set
+41       LIMIT       sum: at most, after the first rest                                     set
+42       START_LIMIT sum: and before                                                        set
+43       STEADY_MAX  for how long a rate must be steady to be a bias up to LIMIT            set
+44       REST        how long it must be still                                              set
+45       RESTED_MAX  averaging time of the bias at rest                                     set
+46       KEEP        how old the bias is that a rest leaves                                 set
+47       YOUNG       how long the mean alone levels                                         set
+48       OLD         the age that a rest gives, and the largest                             set
+49       RAMP        gain * dt, Q24, times age                                              set
+50       K_MOTION    gain * dt, Q24                                                         set
+51       K_REST      the same                                                               set
+52       HALF_G      counts                                                                 set
+53       LOST        samples in 2 s                                                         set
+54       MG          counts * samples to g Q12: times MG / 2^15 >> MG_SHIFT                 set
+55       MG_SHIFT    see MG                                                                 set
+56       RATE_K      of the mean squares of the rates and of LEVEL, Q15                     set
+57       PER_SPAN2   1 / span^2, 1 / s^2: makes squares of rates of those of turns          set
+58       SUM_RAD     rad/s to sum, 2^-9 of it                                               set
+59       INC_RAD     rad/s to inc Q8                                                        set
+60       SPAN        s, Q15                                                                 set
+61       FASTER      Q12, times the gyro's error: how much faster the loop shall be         set
+62       MOST        rad/s, Q24: the correction's limit is this and MOST_SIGMAS (Q8)        set
+63       MOST_SIGMAS see MOST                                                               set
+64       TOP         g blocks, Q8: a speed that no body has                                 set
+65       TOP_K       of its leak, Q15                                                       set
+66       WALK        (rad/s)^2 between two looks, Q44                                       set
+67       WALKS       rad/s, Q32: a bias is further from the last rest's for each block      set
+68       SHAKE_K     of SHAKE, Q15                                                          set
+69       KEEPS       of the yaw's view of a bias, Q15                                       set
+70       LOOK        between two looks                                                      set
+71       VIEW_N      errors that the view follows in a tick                                 set
+72       LEARN_N     steps of the learning in a tick                                        set
+73-74    START       exponent and variance of a bias before the first rest: see E, COV      set
+75-76    SCALE       the same of a scale                                                    set
+77-78    CROSS       the same of the matrix' other elements; the last coefficient           set
+79       SEQ         steps so far, modulo 2^30; the first of the state                     step
+80       W           quaternion, sensor to earth, Q30      step, slow, level, learn, stand, turn
+81       X           the same                              step, slow, level, learn, stand, turn
+82       Y           the same                              step, slow, level, learn, stand, turn
+83       Z           the same                              step, slow, level, learn, stand, turn
+84       TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off  step, level, stand, turn
+85-87    LAST        inc of the last sample, as learned                        step, stand, turn
+88-90    BIAS        inc Q8                                             slow, learn, stand
+91-93    FRACTION    of the bias, Q8: what waits                                       step
+94       VX          velocity that should not be there, g * 2^24         step, pace, learn
+95       VY          the same                                            step, pace, learn
+96       PX          position that should not be there, g * 2^24         step, pace, learn
+97       PY          the same                                            step, pace, learn
+98       K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15                   pace
+99       K_SHIFT     see K                                                      pace, level
+100      K_HALF      2^(K_SHIFT - 1), to round                                         pace
+101      MOST_G      of a position that corrects, g * 2^24                      pace, level
+102      LEFT        time until the block is full, nominal samples Q15    step, slow, level
+103      COUNT       samples in this block so far                         step, slow, level
+104      OVER        the gyro was over its range in this block            step, pace, level
+105      STUCK       the accelerometer was over its range in this block   step, pace, level
+106      BEGIN       the next sample is a block: 1 new means, 2 and yaw 0  slow, level, stand
+107-112  SUM         of the block: inc with the bias in it, calibrated counts    step, slow
+113-114  ROLL        mdeg, then the pitch; the first of the results            step, stand, turn
+115      YAW         mdeg                                                             step, turn
+116-118  RATES       mdps                                                       step, stand
+119-121  FORCE       calibrated accelerometer, counts                                  step
+122      AT_REST     1 or 0                                                            slow
+123      UNCERTAIN   1 or 0                                                     pace, level
+124-135  USED        GYRO as learned                                            learn, stand
+136-141  MEAN        sums of the last half second, the accelerometer's in Q6           slow
+142-144  FIRST       the accelerometer's when it became still                          slow
+145-147  BEFORE      the bias of the last rest, KEEP to twice that before its end  slow, stand
+148-150  NEXT        the bias that will be there next                          slow, stand
+151      KEPT        since it changed                                                  slow
+152-154  UP          acceleration in the earth frame, counts * samples                 slow
+155      UP_SAMPLES  how many are in it                                                slow
+156-158  NOW         the same of this block, g Q12                                     slow
+159      AGE         since the start, or since the attitude was lost           slow, pace, stand
+160      STILL       for how long it has been still, at most REST                      slow
+161      STEADY      for how long it would be, whatever the bias, at most STEADY_MAX   slow
+162      RESTED      for how long it has been at rest, at most RESTED_MAX              slow
+163      SINCE       since the last rest                                         slow, stand
+164      LEARNED     it has rested once                                          slow, stand
+165      MOVED       it has moved since the start                         slow, level, stand
+166      GAIN        gain * dt, Q24                                              pace, stand
+167-169  SQUARES     mean squares of the rates, (rad/s)^2 Q12                         pace
+170      LEVEL       level acceleration of late, g Q20                                 pace
+171      SEEN        for how long it has been seen, at most 3 s                  slow, pace
+172-173  PUSHED      speed that passed for acceleration, g blocks Q8                   pace
+174      SHAKE       mean square of the position, g^2 Q30                              pace
+175      EVENT       what has happened: bits, see pace                         slow, pace, stand
+176      WORK        what a tick has to do: 15 to 17 pace, 1-13 view, 14 learn   slow, pace, view
+177      PHASE       of the learning; 0 none                                    pace, learn
+178      WAIT        until the next look                                               pace
+179      AXIS        to look at                                                             pace
+180      FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed    pace
+181      G           gain * span, Q15                                                  pace
+182-185  TURN        of the block about the sensor's axes, rad Q15; SPAN         slow, pace
+186-194  ROWS        of the rotation matrix: y, -x, z; mean over the block, Q14        pace
+195-200  LAST_ROWS   the first two at its end                                          pace
+201      FRESH_ROWS  there are none yet                                        pace, level, view
+202-273  VIEW        Q20: tilt, velocity, position by 12 errors; of level x, of y  view, learn
+274-276  OWN         the same by an unknown tilt, of both                      view, pace, learn
+277-288  YAW_VIEW    the same of the yaw; from here on a gap leaves all               view, slow
+289-302  E           of an error: its unit is 2^-E rad/s, 1 or rad              learn, stand
+303-498  COV         Q30 of the units: the covariance, its rows to the diagonal       learn, stand
+499-502  SPREAD      (rad/s)^2 Q28 of biases, of the matrix by rate x, y, z           learn
+503-511  MATRIX      what was learned less identity, Q30                       learn, stand
+512      NOISE       g^2 Q30: variance of what no error explains                      learn
+513      LOOKS       so far, at most 2^15 - 1                                         learn
+514-515  EXPLAINED   g^2 Q30: variance of the positions by the errors          learn, pace
+516      YAW_NOISE   rad^2 Q32: variance of the yaw by what no view shows            learn, slow
+517-530  SEEN_BY     the position's view by each error's unit, g by 2^SH Q26          learn
+531-544  TOLD        covariance with the position, then by its sigma                  learn
+545      SH          see SEEN_BY                                                      learn
+546      SIGMA       of the position without the errors, in that scale                learn
+547      OFF         the position in that scale                                       learn
+548      NU          the same by its sigma, Q13                                       learn
+549-551  CHANGE      tilt x, tilt y, yaw to take off, rad Q24                         learn
+552      TILT        sigma of the unknown tilt, rad Q15                                    learn
 """
 
 import micropython
 from micropython import const
 
+from attitude.counts import known
 from attitude.fixed.attitude.coefficients import INC_PER_DPS, set_up
+from attitude.fixed.attitude.errors import know_nothing, use
 from attitude.fixed.attitude.level import begin, begin_again, without_yaw
 from attitude.fixed.attitude.step import step
 from attitude.fixed.attitude.turn import keep, turn
 from attitude.fixed.base import Fixed
 from attitude.fixed.gap import bridge
 
+_GYRO = const(12)
 _STEP = const(25)
-_SEQ = const(55)
-_BIAS = const(64)
-_ROLL = const(88)
-_AT_REST = const(97)
-_STATE = const(55)
-_STATE_END = const(140)
+_SEQ = const(79)
+_BIAS = const(88)
+_BEGIN = const(106)
+_ROLL = const(113)
+_AT_REST = const(122)
+_UNCERTAIN = const(123)
+_STATE = const(79)
+_STATE_END = const(553)
 
 
 class Attitude(Fixed):
     """Roll, pitch and relative yaw in millidegrees for free motion, from raw counts.
 
     rate_hz: any real rate, 80 to 1000; gyro_dps, accel_g: the ranges that the counts come in.
-    Further settings by name, as for the float Attitude: tau_s, fast_dps, rest_tau_s, bias_tau_s,
-    rest_bias_s, rest_s, rest_gyro_dps, rest_accel_g, bias_limit_dps, start_bias_dps, lag_s.
-    The algorithm is described there. The angles are for now, turned on by lag_s.
+    Further settings by name, as for the float Attitude, its Rest and GyroLearning: see set_up in
+    coefficients; what a calibration tells of them (attitude.counts.known) counts where they are
+    not set. The algorithm is described there. The angles are for now, turned on by lag_s.
     """
 
     knows_yaw = True
     _unit_per_deg = INC_PER_DPS
+    _spare = 1.2
     _seq_at = _SEQ
     _out_at = _ROLL
     _state_at = _STATE
     _state_end = _STATE_END
-    _least_hz = 40  # so that a block of samples is no longer than 25 ms
+    _least_hz = 40  # so that one sample is no longer than 25 ms
 
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         super().__init__(rate_hz, gyro_dps, accel_g, _STATE_END, _STATE + 1, settings)
 
+    _known = {}  # by the calibration
+
     def _set_up(self, **settings):
+        settings.update([pair for pair in self._known.items() if pair[0] not in settings])
         set_up(self.pending, self.rate_hz, self.gyro_dps, self.accel_g, **settings)
+
+    def _fold(self, cal):
+        before = self.pending[_GYRO : _GYRO + 9]
+        super()._fold(cal)
+        if before != self.pending[_GYRO : _GYRO + 9]:  # what was learned belonged to the other
+            self.pending[_STATE] |= 2
+        now = known(cal)
+        if now != self._known:
+            self._known = now
+            self._set_up(**self._settings)
 
     step = step
     keep = keep
@@ -146,18 +227,23 @@ class Attitude(Fixed):
 
     @micropython.viper
     def swap(self):
-        """Take over the prepared coefficients; angle, bias and all other state stay. 10 to 25 us,
-        no allocation: fit for an interrupt.
+        """Take over the prepared coefficients; angle, bias and all other state stay, what was
+        learned of the gyro's scale unless the calibration has another. No allocation, 10 us for a
+        period, 150 us else: fit for an interrupt.
         """
         s = ptr32(self._s)
         new = ptr32(self.pending)
         n = _STATE
         s[_STEP] = new[_STEP]
-        if new[_STATE]:
+        fresh = new[_STATE]
+        if fresh:
             new[_STATE] = 0
             while n:
                 n -= 1
                 s[n] = new[n]
+            if fresh & 2 or s[_BEGIN] > 1:
+                know_nothing(self._s)
+            use(self._s, 3)
 
     @micropython.native
     def reset(self):
@@ -180,7 +266,44 @@ class Attitude(Fixed):
         scale = self.rate_hz / (INC_PER_DPS * 256.0)
         return tuple([b * scale for b in self._s[_BIAS : _BIAS + 3]])
 
+    @property
+    def uncertain(self):
+        """True while the tilt is not known well enough to be claimed."""
+        return self._s[_UNCERTAIN] == 1
+
+    def set_state(self, state):
+        """Continue from a state() of a filter with the same settings."""
+        super().set_state(state)
+        use(self._s, 3)
+
     # ---- floats, for the foreground
+
+    def learned(self):
+        """(scale, its sigma, bias_dps, its sigma), three numbers each: what each axis reads too
+        much, as a part of the rate and in deg/s, on top of the calibration."""
+        from attitude.fixed.attitude.claims import learned
+
+        return learned(self.state(), self.bias_dps)
+
+    def calibration_learned(self):
+        """The nine elements that a true rate is made of by one calibrated before, row by row."""
+        from attitude.fixed.attitude.claims import matrix
+
+        return matrix(self.state())
+
+    @property
+    def tilt_sigma_deg(self):
+        """One sigma of each level axis, degrees; see attitude.bounds."""
+        from attitude.fixed.attitude.claims import tilt_sigma_deg
+
+        return tilt_sigma_deg(self.state())
+
+    @property
+    def yaw_sigma_deg(self):
+        """One sigma of the rotation about the vertical since the start, degrees."""
+        from attitude.fixed.attitude.claims import yaw_sigma_deg
+
+        return yaw_sigma_deg(self.state())
 
     def quaternion(self):
         """(w, x, y, z), sensor to earth, for now: turned on by lag_s at the last rate."""

@@ -6,30 +6,36 @@ takes its time. Places and formats: this folder's __init__.
 import micropython
 from micropython import const
 
+from attitude.fixed.attitude.errors import know_nothing, use
 from attitude.fixed.intmath import isqrt
 
 _ONE = const(32)
-_W = const(56)
-_X = const(57)
-_Y = const(58)
-_Z = const(59)
-_TRIM = const(60)
-_BIAS = const(64)
-_FRACTION = const(67)
-_K_SHIFT = const(75)
-_LEFT = const(77)
-_BEGIN = const(81)
-_SUM = const(82)
-_ROLL = const(88)
-_RATES = const(91)
-_HOME = const(104)
-_UP = const(110)
-_RESTED = const(116)
-_MOVED = const(118)
-_SPEED = const(119)
-_GAIN = const(121)
-_STATE = const(55)
-_STATE_END = const(140)
+_W = const(80)
+_X = const(81)
+_Y = const(82)
+_Z = const(83)
+_TRIM = const(84)
+_BIAS = const(88)
+_FRACTION = const(91)
+_K_SHIFT = const(99)
+_MOST_G = const(101)
+_LEFT = const(102)
+_BEGIN = const(106)
+_SUM = const(107)
+_ROLL = const(113)
+_RATES = const(116)
+_UNCERTAIN = const(123)
+_USED = const(124)
+_MEAN = const(136)
+_BEFORE = const(145)
+_KEPT = const(151)
+_SINCE = const(163)
+_MOVED = const(165)
+_GAIN = const(166)
+_FRESH_ROWS = const(201)
+_YAW_VIEW = const(277)
+_STATE = const(79)
+_STATE_END = const(553)
 
 
 @micropython.viper
@@ -142,16 +148,17 @@ def begin(array):
         s[i] = 0
         i += 1
     s[_W] = s[_ONE]
-    s[_K_SHIFT] = 9
-    s[_LEFT] = 1  # the first block is the first sample: it levels
     s[_BEGIN] = 2
+    know_nothing(array)
+    use(array, 3)
+    _fresh(array)
 
 
 @micropython.viper
 def begin_again(array):
-    """The next samples level anew; attitude, bias and what is known of the bias stay till then."""
+    """The next samples level anew; attitude, bias and what is known of the gyro stay till then."""
     s = ptr32(array)
-    end = _STATE_END
+    end = _YAW_VIEW
     i = _TRIM
     while i < _BIAS:
         s[i] = 0
@@ -165,20 +172,34 @@ def begin_again(array):
         s[i] = 0
         i += 1
     i = _RATES
-    while i < _HOME:
+    while i < _USED:
         s[i] = 0
         i += 1
-    i = _UP
-    while i < _RESTED:
+    i = _MEAN
+    while i < _BEFORE:
         s[i] = 0
         i += 1
-    s[_SPEED] = 0
+    i = _KEPT
+    while i < _SINCE:
+        s[i] = 0
+        i += 1
     i = _GAIN
     while i < end:
         s[i] = 0
         i += 1
-    s[_K_SHIFT] = 9
-    s[_LEFT] = 1
     if s[_BEGIN] == 0:
         s[_BEGIN] = 1
+    elif s[_BEGIN] == 3:
+        s[_BEGIN] = 2
     s[_MOVED] = 1  # who knows
+    _fresh(array)
+
+
+@micropython.viper
+def _fresh(array):
+    s = ptr32(array)
+    s[_K_SHIFT] = 9
+    s[_MOST_G] = 1073741823
+    s[_LEFT] = 1  # the first block is the first sample: it levels
+    s[_UNCERTAIN] = 1
+    s[_FRESH_ROWS] = 1

@@ -1,69 +1,77 @@
 # SPDX-License-Identifier: MIT
-"""What the integer Attitude does once per block of samples, about 50 times a second.
+"""What the integer Attitude does once per block of samples, a dozen times a second.
 
-Rest, gyro bias at rest, gain, and whether the attitude is lost: the slow part of
-attitude.Attitude and attitude.GyroBias in integers. Places and formats: this folder's __init__.
-A block's sums are not divided, so that the bias keeps a resolution of 1e-5 deg/s.
+Rest, the gyro's bias there, and whether the attitude is lost: attitude.Rest and attitude.Up in
+integers. Pace follows one sample later. Places and formats: this folder's __init__. A block's
+sums are not divided, so that the bias keeps a resolution of 1e-5 deg/s.
 """
 
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude.level import level, without_yaw
+from attitude.fixed.attitude.level import level, turn, without_yaw
+from attitude.fixed.attitude.pace import limit, pace, prepare
+from attitude.fixed.attitude.view import view
+from attitude.fixed.intmath import isqrt
 
 _ONE = const(32)
-_K = const(74)
-_K_SHIFT = const(75)
-_K_HALF = const(76)
-_COUNT = const(78)
-_W = const(56)
-_X = const(57)
-_Y = const(58)
-_Z = const(59)
-_BIAS = const(64)
-_VX = const(70)
-_VY = const(71)
-_PX = const(72)
-_PY = const(73)
-_LEFT = const(77)
-_OVER = const(79)
-_DUE = const(80)
-_BEGIN = const(81)
-_SUM = const(82)
-_AT_REST = const(97)
-_MEAN = const(98)
-_HOME = const(104)
-_HOME_BIAS = const(107)
-_UP = const(110)
-_UP_SAMPLES = const(113)
-_AGE = const(114)
-_STILL = const(115)
-_RESTED = const(116)
-_LEARNED = const(117)
-_MOVED = const(118)
-_SPEED = const(119)
-_KNOWN = const(120)
-_GAIN = const(121)
-_TILT = const(122)
-_VIEW_END = const(140)
 _N = const(33)
 _MEAN_K = const(34)
 _STILL_GYRO = const(35)
 _STILL_ACCEL = const(36)
-_LIMIT = const(37)
-_REST = const(41)
-_RESTED_MAX = const(42)
-_YOUNG = const(43)
-_RAMP = const(44)
-_K_MOTION = const(45)
-_K_REST = const(46)
-_HALF_G = const(47)
-_KNOWN_MAX = const(49)
-_LEARN_AGE = const(50)
-_LOST = const(51)
-_SPEED_K = const(52)
-_FAST = const(53)
-_FAST_SHIFT = const(54)
+_SHAKEN = const(37)
+_TILTED = const(38)
+_NEAR = const(39)
+_DRIFT = const(40)
+_LIMIT = const(41)
+_START_LIMIT = const(42)
+_STEADY_MAX = const(43)
+_REST = const(44)
+_RESTED_MAX = const(45)
+_KEEP = const(46)
+_YOUNG = const(47)
+_OLD = const(48)
+_HALF_G = const(52)
+_LOST = const(53)
+_MG = const(54)
+_MG_SHIFT = const(55)
+_SUM_RAD = const(58)
+_INC_RAD = const(59)
+_W = const(80)
+_X = const(81)
+_Y = const(82)
+_Z = const(83)
+_BIAS = const(88)
+_LEFT = const(102)
+_COUNT = const(103)
+_BEGIN = const(106)
+_SUM = const(107)
+_FORCE = const(119)
+_AT_REST = const(122)
+_MEAN = const(136)
+_FIRST = const(142)
+_BEFORE = const(145)
+_NEXT = const(148)
+_KEPT = const(151)
+_UP = const(152)
+_UP_SAMPLES = const(155)
+_NOW = const(156)
+_AGE = const(159)
+_STILL = const(160)
+_STEADY = const(161)
+_RESTED = const(162)
+_SINCE = const(163)
+_LEARNED = const(164)
+_MOVED = const(165)
+_EVENT = const(175)
+_YAW_VIEW = const(277)
+_E = const(289)
+_COV = const(303)
+_YAW_NOISE = const(516)
+_WORK = const(176)
+_TURN = const(182)
+_SEEN = const(171)
+_WILD = const(42598)  # 1.3 rad, Q15
 
 
 @micropython.viper
@@ -72,13 +80,20 @@ def slow(array):
     s = ptr32(array)
     n = s[_N]
     begin = s[_BEGIN]
-    learned = s[_LEARNED]
-    rest = s[_REST]
-    rested = s[_STILL] >= rest
+    if s[_WORK] == 15:  # a short block
+        pace(array)
+    if s[_WORK] == 16:
+        limit(array)
+    if s[_WORK] == 17:
+        prepare(array)
+    while s[_WORK] and s[_WORK] < 14:
+        view(array)
 
     # as if it had had n samples, whatever the period; one at the beginning
     samples = s[_COUNT]
-    k = 1 if begin else n
+    k = n
+    if begin and begin < 3:
+        k = 1
     if samples != k:
         i = _SUM
         while i < _SUM + 6:
@@ -86,136 +101,76 @@ def slow(array):
             s[i] = t // samples * k + t % samples * k // samples
             i += 1
     samples = k
-
-    # half-second means; still: all near their mean, gyro near its bias
-    k = s[_MEAN_K]
-    d = 1
-    if begin:
-        k = 32768
-        d = n
-    limit = s[_LIMIT + learned]
-    far = s[_LIMIT] << 1  # no gyro has such a bias, and what follows stays inside 32 bits
-    bound = s[_STILL_GYRO]
-    still = 1
-    i = _MEAN
-    while i < _MEAN + 3:
-        t = s[i - 16] * d  # a sum
-        m = t - s[i + 6]  # its home
-        if m > limit or m < 0 - limit or t > far or t < 0 - far:
-            still = 0
-        m = s[i]
-        t -= m
-        s[i] = m + (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
-        t -= s[i] - m
-        if t > bound or t < 0 - bound:
-            still = 0
-        i += 1
-    bound = s[_STILL_ACCEL]
-    d <<= 6
-    while i < _MEAN + 6:
-        m = s[i]
-        t = s[i - 16] * d - m
-        s[i] = m + (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
-        t -= s[i] - m
-        if t > bound or t < 0 - bound:
-            still = 0
-        i += 1
-    if still == 0:
-        s[_MOVED] = 1
-    elif begin:
-        still = 0
-    else:
-        still = s[_STILL] + 1
-        if still > rest:
-            still = rest
-    s[_STILL] = still
-    s[_AT_REST] = 1 if still == rest else 0
-
-    # at rest the gyro reads its bias; in motion it errs by parts of its rate
-    if still == rest:
-        d = s[_RESTED] + 1
-        if d > s[_RESTED_MAX]:
-            d = s[_RESTED_MAX]
-        s[_RESTED] = d
-        s[_KNOWN] = s[_KNOWN_MAX]
+    still = int(_still(array))
+    rested = s[_AT_REST]
+    s[_AT_REST] = still
+    if still:
+        if not rested:
+            s[_EVENT] |= 1
+        _rest(array, rested)
+    elif rested:
+        s[_EVENT] |= 2
         i = 0
         while i < 3:
-            m = s[_MEAN + i]
-            s[_HOME + i] = m
-            m = (m << 8) // n
-            s[_HOME_BIAS + i] = m
-            t = s[_BIAS + i]
-            if learned == 0:
-                t = m
-            s[_BIAS + i] = t + ((s[_SUM + i] << 8) // n - t) // d
+            s[_BIAS + i] = s[_BEFORE + i]  # motion begins before it is seen
             i += 1
-        if learned == 0:
-            s[_LEARNED] = 1
-            if s[_MOVED] == 0:  # stood still since power-on: again, without the bias
-                s[_W] = s[_ONE]
-                s[_X] = 0
-                s[_Y] = 0
-                s[_Z] = 0
-                level(array, s[_MEAN + 3], s[_MEAN + 4], s[_MEAN + 5], 1)
-                without_yaw(array)
 
-    m = 0
+    # the turn; one that is too wild is no place to learn from, nor to level by its mean
+    a = 0
     i = 0
     while i < 3:
-        t = s[_SUM + i] - (s[_BIAS + i] >> 8) * n
-        m += t if t >= 0 else 0 - t
+        t = s[_BIAS + i]
+        t = s[_SUM + i] - (t >> 8) * n - ((t & 255) * n >> 8) >> 13
+        if t > 65535:
+            t = 65535
+        elif t < -65535:
+            t = -65535
+        s[_TURN + i] = t
+        if t > _WILD or t < -_WILD:
+            a = 3
         i += 1
-    d = s[_SPEED]
-    m -= d
-    k = s[_SPEED_K]
-    d += (m >> 15) * k + ((m & 0x7FFF) * k >> 15)
-    s[_SPEED] = d
-    k = s[_FAST]
-    fast = (d >> 15) * k + ((d & 0x7FFF) * k >> 15) >> s[_FAST_SHIFT]
+    if a:
+        s[_EVENT] |= 32
+        s[_NOW] = 0
+        s[_NOW + 1] = 0
+        s[_NOW + 2] = 4096
 
-    # rotation matrix, Q15, and the block's acceleration in the earth frame
+    # the block's acceleration in the earth frame
     w = s[_W] + 16384 >> 15
     x = s[_X] + 16384 >> 15
     y = s[_Y] + 16384 >> 15
     z = s[_Z] + 16384 >> 15
-    r00 = w * w + x * x - y * y - z * z + 16384 >> 15
-    r01 = x * y - w * z + 8192 >> 14
-    r02 = x * z + w * y + 8192 >> 14
-    r10 = x * y + w * z + 8192 >> 14
-    r11 = w * w - x * x + y * y - z * z + 16384 >> 15
-    r12 = y * z - w * x + 8192 >> 14
-    r20 = x * z - w * y + 8192 >> 14
-    r21 = y * z + w * x + 8192 >> 14
-    r22 = w * w - x * x - y * y + z * z + 16384 >> 15
-    x = s[_SUM + 3]
-    y = s[_SUM + 4]
-    z = s[_SUM + 5]
-    i = x & 127
-    j = y & 127
-    k = z & 127
-    x >>= 7
-    y >>= 7
-    z >>= 7
-    s[_UP] += r00 * x + r01 * y + r02 * z + (r00 * i + r01 * j + r02 * k >> 7) >> 8
-    s[_UP + 1] += r10 * x + r11 * y + r12 * z + (r10 * i + r11 * j + r12 * k >> 7) >> 8
-    s[_UP + 2] += r20 * x + r21 * y + r22 * z + (r20 * i + r21 * j + r22 * k >> 7) >> 8
-    i = _SUM
-    while i < _SUM + 6:
-        s[i] = 0
-        i += 1
-    k = s[_UP_SAMPLES] + samples
+    i = s[_SUM + 3]
+    j = s[_SUM + 4]
+    k = s[_SUM + 5]
+    while a < 3:
+        if a == 0:  # a row of the rotation matrix, Q15
+            p = w * w + x * x - y * y - z * z + 16384 >> 15
+            q = x * y - w * z + 8192 >> 14
+            r = x * z + w * y + 8192 >> 14
+        elif a == 1:
+            p = x * y + w * z + 8192 >> 14
+            q = w * w - x * x + y * y - z * z + 16384 >> 15
+            r = y * z - w * x + 8192 >> 14
+        else:
+            p = x * z - w * y + 8192 >> 14
+            q = y * z + w * x + 8192 >> 14
+            r = w * w - x * x - y * y + z * z + 16384 >> 15
+        t = p * (i & 127) + q * (j & 127) + r * (k & 127) >> 7
+        t = p * (i >> 7) + q * (j >> 7) + r * (k >> 7) + t >> 8
+        s[_UP + a] += t
+        if samples == 1:
+            t *= n
+        t = (t >> 15) * s[_MG] + ((t & 0x7FFF) * s[_MG] >> 15) >> s[_MG_SHIFT]
+        s[_NOW + a] = t
+        a += 1
+    k = s[_UP_SAMPLES]
+    if s[_EVENT] & 32 == 0:
+        k += samples
     s[_UP_SAMPLES] = k
-    s[_COUNT] = 0
-    # what is over counts, or no block would ever be shorter; one that ended early has nothing over
-    t = s[_LEFT]
-    t = (n << 15) + t if t < 0 else n << 15
-    s[_LEFT] = t if t > 0 else 1
-    s[_BEGIN] = 0
-    s[_DUE] = 1
 
     # at first the mean of all acceleration so far is up; later one that is more than 45 degrees
     # away over two seconds is no acceleration but a lost attitude: start again
-    forget = 0
     age = s[_AGE]
     x = s[_UP]
     y = s[_UP + 1]
@@ -223,72 +178,200 @@ def slow(array):
     if age < s[_YOUNG]:
         t = int(level(array, x, y, z, s[_HALF_G] * k))
         if t:
-            if begin == 2:
+            if begin > 1:
                 without_yaw(array)
-            s[_UP] = 0
-            s[_UP + 1] = 0
-            s[_UP + 2] = t
-    elif k >= s[_LOST]:
-        i = x >> 14
-        j = y >> 14
-        t = z >> 14
-        if (z < 0 or i * i + j * j > t * t) and int(level(array, x, y, z, s[_HALF_G] * k)):
-            age = 0
-            forget = 1
+            begin = 0
+            if samples > 1 or n == 1:
+                age += 1
+            if age == s[_YOUNG]:
+                s[_EVENT] |= 64
+        else:  # no gravity has been seen yet
+            s[_UP_SAMPLES] = 0
+            if begin:
+                begin = 3 if begin > 1 else 0
         s[_UP] = 0
         s[_UP + 1] = 0
-        s[_UP + 2] = 0
-        s[_UP_SAMPLES] = 0
-
-    # gain: none while the mean levels, then high, then that of motion or rest
-    if s[_OVER]:  # the gyro's range was left: as unsure as just after the start
-        s[_OVER] = 0
-        if age > s[_YOUNG]:
-            age = s[_YOUNG]
-    if not begin:
+        s[_UP + 2] = t
+    else:
+        begin = 0
         age += 1
-        if age > s[_LEARN_AGE]:
-            age = s[_LEARN_AGE] + 1
+        if age > s[_OLD]:
+            age = s[_OLD]
+        if k >= s[_LOST]:
+            i = x >> 14
+            j = y >> 14
+            t = z >> 14
+            if (z < 0 or i * i + j * j > t * t) and int(level(array, x, y, z, s[_HALF_G] * k)):
+                age = s[_YOUNG] + 1
+                s[_EVENT] |= 12
+            s[_UP] = 0
+            s[_UP + 1] = 0
+            s[_UP + 2] = 0
+            s[_UP_SAMPLES] = 0
     s[_AGE] = age
-    gain = 0
-    if age >= s[_YOUNG]:
-        gain = s[_RAMP] // age
-        fast += s[_K_MOTION]
-        if gain < fast:
-            gain = fast
-        if still == rest and gain < s[_K_REST]:
-            gain = s[_K_REST]
-    now = gain
-    k = 9
-    while gain >= 32768:
-        gain >>= 1
-        k -= 1
-    s[_K] = gain
-    s[_K_SHIFT] = k
-    s[_K_HALF] = 1 << k >> 1
+    if samples == 1:
+        s[_SEEN] = -1  # a sample counts for nothing
+    s[_WORK] = 15
 
-    # at rest there is no velocity; one that ends the rest goes on, in the scale of the new gain
-    t = s[_GAIN]
-    s[_GAIN] = now
-    k = -1
-    if still == rest:
+    i = _SUM
+    while i < _SUM + 6:
+        s[i] = 0
+        i += 1
+    s[_COUNT] = 0
+    # what is over counts, or no block would ever be shorter; one that ended early has nothing over
+    t = s[_LEFT]
+    t = (n << 15) + t if t < 0 else n << 15
+    s[_LEFT] = t if t > 0 else 1
+    s[_BEGIN] = begin
+
+
+@micropython.viper
+def _still(array) -> int:
+    """Whether it rests: all near their half-second means, these where they were, and the gyro
+    near its bias for long enough."""
+    s = ptr32(array)
+    n = s[_N]
+    k = s[_MEAN_K]
+    d = 1
+    new = 0
+    if s[_BEGIN] and s[_BEGIN] < 3:
+        k = 32768
+        d = n
+        new = 1
+    steady = 1
+    bound = s[_STILL_GYRO]
+    i = 0
+    while i < 6:
+        if i == 3:
+            bound = s[_STILL_ACCEL]
+            d <<= 6
+        t = s[_SUM + i] * d  # a sum
+        if t > 1073741823:  # which is no rest
+            t = 1073741823
+        elif t < -1073741823:
+            t = -1073741823
+        m = s[_MEAN + i]
+        if new:
+            m = t
+        if i > 2 and s[_STILL] == 0:
+            s[_FIRST + i - 3] = m
+        h = t - m
+        m += (h >> 15) * k + ((h & 0x7FFF) * k >> 15)
+        s[_MEAN + i] = m
+        t -= m
+        if t > bound or t < 0 - bound:
+            steady = 0
+        if i > 2:
+            t = m - s[_FIRST + i - 3]
+            if t > s[_TILTED] or t < 0 - s[_TILTED]:
+                steady = 0
+            t = (s[_FORCE + i - 3] * n << 6) - m
+            if t > s[_SHAKEN] or t < 0 - s[_SHAKEN]:
+                steady = 0
+        i += 1
+    if s[_LEARNED]:
+        s[_SINCE] += 1
+    if steady == 0:
+        s[_STEADY] = 0
+        s[_STILL] = 0
+        s[_MOVED] = 1
+        return 0
+    if s[_STEADY] < s[_STEADY_MAX]:
+        s[_STEADY] += 1
+
+    # what is known of the bias bounds what is believed
+    i = 0
+    while i < 3:
+        m = s[_MEAN + i]
+        t = m - ((s[_BIAS + i] >> 8) * n + ((s[_BIAS + i] & 255) * n >> 8))
+        t = t if t >= 0 else 0 - t
+        if s[_LEARNED]:
+            bound = s[_SINCE]
+            if bound > 100000:
+                bound = 100000
+            bound = s[_NEAR] + (bound * s[_DRIFT] >> 8)
+            if bound > s[_LIMIT] or s[_STEADY] == s[_STEADY_MAX]:
+                bound = s[_LIMIT]
+            k = m - ((s[_BEFORE + i] >> 8) * n + ((s[_BEFORE + i] & 255) * n >> 8))
+            k = k if k >= 0 else 0 - k
+            if s[_AT_REST] or k < t:
+                t = k
+        else:
+            bound = int(isqrt(s[_COV + 15 * i])) * s[_SUM_RAD] >> s[_E + i] + 4
+            bound += s[_NEAR]
+            if bound > s[_START_LIMIT]:
+                bound = s[_START_LIMIT]
+        k = s[_START_LIMIT]
+        if t > bound or m > k or m < 0 - k:
+            s[_STILL] = 0
+            s[_MOVED] = 1
+            return 0
+        i += 1
+    t = s[_STILL]
+    if t < s[_REST] and new == 0:
+        t += 1
+        s[_STILL] = t
+    return 1 if t == s[_REST] else 0
+
+
+@micropython.viper
+def _rest(array, rested: int):
+    """The gyro reads its bias."""
+    s = ptr32(array)
+    n = s[_N]
+    learned = s[_LEARNED]
+    s[_LEARNED] = 1
+    s[_SINCE] = 0
+    if s[_AGE] < s[_OLD]:
+        s[_AGE] = s[_OLD]
+    d = s[_RESTED] + 1
+    if not rested:
+        d = s[_REST] + 1
+        s[_KEPT] = 0
+    if d > s[_RESTED_MAX]:
+        d = s[_RESTED_MAX]
+    s[_RESTED] = d
+    s[_KEPT] += 1
+    yaw = 0
+    i = 0
+    while i < 3:
+        t = s[_BIAS + i]
+        m = t
+        if learned == 0:
+            k = s[_MEAN + i]
+            t = (k // n << 8) + ((k % n << 8) // n)
+        k = s[_SUM + i]
+        t += ((k // n << 8) + ((k % n << 8) // n) - t) // d
+        s[_BIAS + i] = t
         if not rested:
-            k = 0
-    elif rested:
-        k = (now << 8) // (t >> 7) if t else 0
-    if forget:
-        k = 0
-    if k >= 0:
-        i = s[_VX]
-        j = s[_VY]
-        s[_VX] = (i >> 15) * k + ((i & 0x7FFF) * k >> 15)
-        s[_VY] = (j >> 15) * k + ((j & 0x7FFF) * k >> 15)
-        k = k * k >> 15
-        i = s[_PX]
-        j = s[_PY]
-        s[_PX] = (i >> 15) * k + ((i & 0x7FFF) * k >> 15)
-        s[_PY] = (j >> 15) * k + ((j & 0x7FFF) * k >> 15)
-        i = _TILT
-        while i < _VIEW_END:
-            s[i] = 0
+            s[_BEFORE + i] = t
+            s[_NEXT + i] = t
+            # yaw as if it had been known: the change, rad/s Q15, by its view, rad Q29 (as half)
+            m = ((t - m) >> 3) // (s[_INC_RAD] >> 18)
+            k = s[_YAW_VIEW + i]
+            s[_YAW_VIEW + i] = 0
+            yaw += (k >> 15) * m + ((k & 0x7FFF) * m >> 15)
+        elif s[_KEPT] >= s[_KEEP]:
+            s[_BEFORE + i] = s[_NEXT + i]
+            s[_NEXT + i] = t
+        i += 1
+    if s[_KEPT] >= s[_KEEP]:
+        s[_KEPT] = 0
+    if not rested:
+        if yaw > 2097151:  # rad Q20
+            yaw = 2097151
+        elif yaw < -2097151:
+            yaw = -2097151
+        turn(array, 268435456, 0, 0, 0 - (yaw << 7))
+    if learned == 0 and s[_MOVED] == 0:  # stood still since power-on: again, with the bias
+        s[_W] = s[_ONE]
+        s[_X] = 0
+        s[_Y] = 0
+        s[_Z] = 0
+        level(array, s[_MEAN + 3], s[_MEAN + 4], s[_MEAN + 5], 1)
+        without_yaw(array)
+        i = 0
+        while i < 12:
+            s[_YAW_VIEW + i] = 0
             i += 1
+        s[_YAW_NOISE] = 0
