@@ -159,8 +159,8 @@ class Attitude(Orientation):
         much, as a part of the rate and in deg/s."""
         learning = self._slow.learning
         scale = [1.0 - learning.matrix[n] for n in (0, 4, 8)]
-        scale_sigma = [learning.sigma(n) for n in (3, 7, 11)]
-        bias_sigma = [degrees(learning.sigma(n)) for n in (0, 1, 2)]
+        scale_sigma = [learning.sigma[n] for n in (3, 7, 11)]
+        bias_sigma = [degrees(learning.sigma[n]) for n in (0, 1, 2)]
         return tuple(scale), tuple(scale_sigma), self.bias_dps, tuple(bias_sigma)
 
     @property

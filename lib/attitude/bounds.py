@@ -57,7 +57,7 @@ class Bounds:
     def bias_forgotten(self, view, learning, keep):
         """The view's yaw keeps only this part of what old biases did; the rest stays in doubt."""
         for n in (0, 1, 2):
-            self._yaw += 2.0 * (1.0 - keep) * (view.yaw[n] * learning.sigma(n)) ** 2
+            self._yaw += 2.0 * (1.0 - keep) * (view.yaw[n] * learning.sigma[n]) ** 2
 
     def tilt_sigma_deg(self, view, learning):
         """One sigma of a level axis."""

@@ -4,12 +4,14 @@
 The errors hardly change, so there is nothing to predict: only a bias walks. What is seen is the
 position of the level loop, which a perfect gyro would leave at zero but for the accelerations.
 Whatever is learned is made good as if it had always been known: in the rates to come, and by the
-view in attitude and loop, whose position is therefore all of the innovation.
+view in attitude and loop, whose position is therefore all of the innovation. Of the covariance
+it keeps what earns its cost: each error's sigma, and how the scales are related, since often all
+of them are off by the same.
 """
 
 from math import radians, sqrt
 
-from .gyro_view import ERRORS
+SCALES = (3, 7, 11)  # the matrix' diagonal
 
 _MOST_SIGMAS = 3.0  # an innovation counts no more
 _MOST_SCALE = 0.06  # twice the datasheet's tolerance
@@ -18,6 +20,8 @@ _LEAST_G = 0.002  # noise of a position, and what it is taken for at first
 _NOISE_K = 0.008  # of a look: 80 s for both axes
 _SHAKEN, _SHAKEN_AT_FIRST, _SHAKEN_LOOKS = 0.02, 0.06, 80.0  # noise by the level acceleration
 _REST_SIGMA = radians(0.01)  # how well a rest tells the bias
+_LEAST = 6e-5  # nothing is ever known better
+_RELATED = 0.98
 _WALKED, _WALKS = radians(0.05), radians(0.002)  # it is no further from the last rest's: a + b t
 
 
@@ -51,113 +55,108 @@ class GyroLearning:
         """Nothing is known but the settings."""
         self.matrix = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
         self.bias = [0.0, 0.0, 0.0]
-        self.covariance = [[0.0] * ERRORS for _ in range(ERRORS)]
-        for n in range(12):
-            scale = self.scale_sigma if n % 4 == 3 else self.cross_sigma
-            self.begin(n, radians(self.start_sigma_dps) if n < 3 else scale)
+        self.sigma = [radians(self.start_sigma_dps)] * 3 + [self.cross_sigma] * 9 + [0.0] * 2
+        for n in SCALES:
+            self.sigma[n] = self.scale_sigma
+        self.related = [0.0] * 3  # correlations of the scales: y with z, z with x, x with y
         self._noise = _LEAST_G * _LEAST_G  # g^2, variance of what no error explains
         self.looks = 0
-        self._told, self._total, self._share = [0.0] * ERRORS, 1.0, 0.0  # of the last look
         self.explained = 0.0  # variance of the last look's position by the errors, g^2
-
-    def begin(self, n, sigma):
-        """Error n is unknown by sigma and related to no other."""
-        for row in self.covariance:
-            row[n] = 0.0
-        self.covariance[n] = [0.0] * ERRORS
-        self.covariance[n][n] = sigma * sigma
-
-    def sigma(self, n):
-        """How well error n is known."""
-        return sqrt(max(0.0, self.covariance[n][n]))
 
     def rest(self, bias):
         """At rest the bias (rad/s) is read and the tilt is seen."""
         self.bias = list(bias)
-        for n in (0, 1, 2):
-            self.begin(n, _REST_SIGMA)
-        for n in (12, 13):
-            self.begin(n, 0.0)
+        self.sigma[:3] = [_REST_SIGMA] * 3
+        self.unknown_tilt(0.0)
+
+    def unknown_tilt(self, sigma):
+        """The attitude is wrong by this sigma (rad) on each level axis, unlike any error before."""
+        self.sigma[12:] = [sigma] * 2
 
     def walk(self, span_s, since_s):
         """The biases walk for span_s; they were read since_s ago (None: never)."""
-        most = None if since_s is None else (_WALKED + _WALKS * since_s) ** 2
         for n in (0, 1, 2):
-            variance = self.covariance[n][n] + self._walk * span_s
-            if most is None or variance < most:
-                self.covariance[n][n] = variance
+            sigma = self.sigma[n] + 0.5 * self._walk * span_s / self.sigma[n]
+            if since_s is None or sigma < _WALKED + _WALKS * since_s:
+                self.sigma[n] = sigma
 
     def look(self, seen, position_g, shaken_g):
-        """Take a level axis' position; change() and settle() take what it tells.
+        """What a level axis' position tells: the change of each error (ERRORS numbers).
 
         seen is the view of that position, shaken_g the level acceleration of late.
         """
-        rows = self.covariance
-        told = [dot(row, seen) for row in rows]
-        explained = self.explained = max(0.0, dot(told, seen))
+        shares = [sigma * part for sigma, part in zip(self.sigma, seen)]
+        told = self._related(shares)
+        explained = self.explained = max(0.0, dot(told, shares))
         more = (_SHAKEN_AT_FIRST - _SHAKEN) / (1.0 + self.looks / _SHAKEN_LOOKS)
         noise = (_SHAKEN + more) * shaken_g
-        noise = noise * noise + max(_LEAST_G * _LEAST_G, _CORRELATED * self._noise)
-        total = explained + noise
-        most = _MOST_SIGMAS * sqrt(total)
-        self._told, self._total = told, total
-        self._share = max(-most, min(most, position_g)) / total
+        total = explained + noise * noise + max(_LEAST_G * _LEAST_G, _CORRELATED * self._noise)
+        root = sqrt(total)
+        off = max(-_MOST_SIGMAS, min(_MOST_SIGMAS, position_g / root))
+        told = [max(-1.0, min(1.0, part / root)) for part in told]
+        change = [sigma * part * off for sigma, part in zip(self.sigma, told)]
         unexplained = max(0.0, position_g * position_g - explained)
         self._noise += _NOISE_K * (unexplained - self._noise)
         self.looks += 1
+        self._settle(told)
+        return change
 
-    def change(self):
-        """Of each error, what the last look tells (ERRORS numbers)."""
-        return [self._share * part for part in self._told]
+    def _related(self, shares):
+        """What each share of a position stands for, with those of the related scales."""
+        told = list(shares)
+        for n, related in enumerate(self.related):
+            a, b = SCALES[n - 2], SCALES[n - 1]
+            told[a] += related * shares[b]
+            told[b] += related * shares[a]
+        return told
 
-    def settle(self):
-        """The covariance after the last look."""
-        rows, told = self.covariance, self._told
-        for n in range(ERRORS):
-            part = told[n] / self._total
-            rows[n] = [value - part * other for value, other in zip(rows[n], told)]
+    def _settle(self, told):
+        """How well the errors are known after a look that told so many sigmas of each."""
+        left = []
+        for part in told:
+            a = part * part  # its root to the third order, which is cautious near 1
+            left.append(1.0 - a * (0.5 + a * (0.125 + a * 0.0625)))
+        for n in range(3):
+            a, b = SCALES[n - 2], SCALES[n - 1]
+            related = (self.related[n] - told[a] * told[b]) / (left[a] * left[b])
+            self.related[n] = max(-_RELATED, min(_RELATED, related))
+        self.sigma = [max(min(s, _LEAST), s * part) for s, part in zip(self.sigma, left)]
 
     def correct(self, change):
-        """Calibrate by the gyro's part of a change: what is left of a rate w reads
-        w + bias' + matrix' w too much."""
-        a, b = self.matrix, self.bias
-        matrix, bias = list(a), list(b)
+        """Calibrate by the gyro's part of a change."""
+        matrix, bias = self.matrix, list(self.bias)
         for i in range(3):
             bias[i] += change[i]
-            for k in range(3):
-                part = change[3 + 3 * i + k]
-                bias[i] -= part * b[k]
-                for j in range(3):
-                    matrix[3 * i + j] -= part * a[3 * k + j]
+            for k in range(3):  # the bias is of a rate that is true
+                bias[i] -= change[3 + 3 * i + k] * self.bias[k]
         for n in range(9):
             ideal = 0.0 if n % 4 else 1.0
-            matrix[n] = max(ideal - _MOST_SCALE, min(ideal + _MOST_SCALE, matrix[n]))
-        self.matrix, self.bias = matrix, bias
+            value = matrix[n] - change[3 + n]
+            matrix[n] = max(ideal - _MOST_SCALE, min(ideal + _MOST_SCALE, value))
+        self.bias = bias
 
     def rate_sigma(self, squares):
         """By how much a level rate may be wrong, rad/s, at these mean squares of the rates."""
-        sigma = 0.0
+        total = 0.0
         for n in range(12):
-            sigma += self.covariance[n][n] * (1.0 if n < 3 else squares[n % 3])
-        return sqrt(sigma * 2.0 / 3.0)
+            total += self.sigma[n] ** 2 * (1.0 if n < 3 else squares[n % 3])
+        return sqrt(total * 2.0 / 3.0)
 
     def variance(self, view):
         """Of what the errors add up to in this view (a row of ERRORS or 12 numbers)."""
-        return max(0.0, dot([dot(row, view) for row in self.covariance], view))
+        shares = [sigma * part for sigma, part in zip(self.sigma, view)]
+        return max(0.0, dot(self._related(shares), shares))
 
     def state(self):
         """All that changes, for set_state()."""
-        rows = tuple([tuple(row) for row in self.covariance])
-        look = (tuple(self._told), self._total, self._share)
-        return tuple(self.matrix), tuple(self.bias), rows, self._noise, self.looks, look
+        return (tuple(self.matrix), tuple(self.bias), tuple(self.sigma), tuple(self.related),
+                self._noise, self.looks)
 
     def set_state(self, state):
         """Go on from a state()."""
-        matrix, bias, rows, self._noise, self.looks, look = state
-        told, self._total, self._share = look
-        self._told = list(told)
+        matrix, bias, sigma, related, self._noise, self.looks = state
         self.matrix, self.bias = list(matrix), list(bias)
-        self.covariance = [list(row) for row in rows]
+        self.sigma, self.related = list(sigma), list(related)
 
 
 def dot(a, b):

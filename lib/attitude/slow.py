@@ -66,8 +66,7 @@ class Slow:
         self.rest.begin_at(home_dps)
         self.learning.rest([radians(b) for b in bias_dps])
         if home_dps is None:
-            for n in (0, 1, 2):
-                self.learning.begin(n, _TOLD)
+            self.learning.sigma[:3] = [_TOLD] * 3
         # a filter that has not told its bias at rest may not know all of it
         self._age_s, self._unknown = _OLD_S if home_dps else _YOUNG_S, _START_TILT
         self.gain = self._gain_now()
@@ -79,7 +78,6 @@ class Slow:
         self._squares = [0.0, 0.0, 0.0]  # of the rates, (rad/s)^2, over some seconds
         self._age_s = self._looked_s = 0.0
         self._axis = 0  # looked at last
-        self._looking = 0  # blocks since, and one
         self._unknown = 0.0  # tilt that is unknown from now on, rad
 
     def over_range(self):
@@ -87,7 +85,6 @@ class Slow:
         if self._age_s > _YOUNG_S:
             self._age_s = _YOUNG_S
             self.gain = max(self.gain, 2.0 / _YOUNG_S)
-        self._end_look()
         self.view.clear()  # what is wrong now is no fault that could be learned
         self._unknown = _START_TILT
 
@@ -95,7 +92,6 @@ class Slow:
         """The attitude after a block: now is its mean of the matrix' rates (deg/s) and of the
         acceleration (g), accel the last sample's."""
         learning, rest = self.learning, self.rest
-        q = self._follow_look(q)
         was_at_rest = rest.at_rest
         q = self._watch_rest(q, now, span_s, accel)
         rates = [radians(rate) - bias for rate, bias in zip(now, learning.bias)]
@@ -109,8 +105,7 @@ class Slow:
             self._unknown = max(self._unknown, 0.0 if rest.at_rest else _REST_TILT)
         if self._unknown:
             self.view.begin_tilt()
-            for n in (12, 13):
-                learning.begin(n, self._unknown)
+            learning.unknown_tilt(self._unknown)
             self._unknown = 0.0
         limited = self.loop.limited()
         self._limit(span_s)
@@ -127,14 +122,13 @@ class Slow:
         """At rest the gyro reads its bias."""
         rest, learning, view = self.rest, self.learning, self.view
         was_at_rest, first = rest.at_rest, rest.since_s is None
-        sigma = [degrees(learning.sigma(n)) for n in (0, 1, 2)]
+        sigma = [degrees(learning.sigma[n]) for n in (0, 1, 2)]
         rest.update(now, span_s, accel, [degrees(b) for b in learning.bias], sigma)
         if not rest.at_rest:
             if was_at_rest:
                 learning.bias = [radians(b) for b in rest.before_dps]
             return q
         if not was_at_rest:
-            self._end_look()
             # yaw as if the bias had been known
             change = [radians(b) - old for b, old in zip(rest.bias_dps, learning.bias)]
             q = self._turn(q, 0.0, 0.0, sum([a * b for a, b in zip(view.yaw, change)]))
@@ -162,7 +156,6 @@ class Slow:
         if found:
             q, self._age_s = found, _YOUNG_S + span_s
             self.loop.clear()
-            self._end_look()
             self.view.clear()
             self._unknown = _START_TILT
         return q
@@ -189,7 +182,7 @@ class Slow:
             loop.limit_g = None
             return
         errs = self.most_sigmas * learning.rate_sigma(self._squares) + radians(self.most_dps)
-        unknown = abs(self.view.start[0]) * sqrt(learning.sigma(12) ** 2 + learning.sigma(13) ** 2)
+        unknown = abs(self.view.start[0]) * sqrt(learning.sigma[12] ** 2 + learning.sigma[13] ** 2)
         loop.limit_g = errs / self.gain + _START_SIGMAS * unknown
         if loop.watch_speed(self.up.now[0], self.up.now[1], span_s):
             self._unknown = _START_TILT
@@ -216,30 +209,10 @@ class Slow:
         learning.walk(span_s, self.rest.since_s)
         shaken = self.up.level_g * max(1.0, self.gain * self.tau_s)
         position = (self.loop.px, self.loop.py)[axis]
-        learning.look(view.of(2, axis), position, shaken)
+        change = learning.look(view.of(2, axis), position, shaken)
         self.bounds.explained(axis, learning.explained)
-        self._looking = 1
-        return q
-
-    def _follow_look(self, q):
-        """Two blocks after a look it is made good, after one more the covariance knows of it: the
-        integer twin takes so long."""
-        if self._looking:
-            self._looking += 1
-            if self._looking == 3:
-                change = self.learning.change()
-                self.learning.correct(change)
-                return self._made_good(q, change)
-            if self._looking == 4:
-                self._looking = 0
-                self.learning.settle()
-        return q
-
-    def _end_look(self):
-        """What is being learned belongs to a time that is over."""
-        if self._looking == 3:
-            self.learning.settle()
-        self._looking = 0
+        learning.correct(change)
+        return self._made_good(q, change)
 
     def _made_good(self, q, change):
         """Attitude and loop as if the change had always been known."""
@@ -260,7 +233,7 @@ class Slow:
     def state(self):
         """All that changes, for set_state()."""
         own = (self.blank, self.gain, tuple(self._squares), self._age_s, self._looked_s,
-               self._axis, self._looking, self._unknown)
+               self._axis, self._unknown)
         parts = (self.rest, self.learning, self.view, self.up, self.bounds)
         return own, tuple([part.state() for part in parts])
 
@@ -268,7 +241,7 @@ class Slow:
         """Go on from a state()."""
         own, states = state
         (self.blank, self.gain, squares, self._age_s, self._looked_s, self._axis,
-         self._looking, self._unknown) = own
+         self._unknown) = own
         self._squares = list(squares)
         parts = (self.rest, self.learning, self.view, self.up, self.bounds)
         for part, value in zip(parts, states):

@@ -11,20 +11,20 @@ from micropython import const
 
 from attitude.bounds import tilt_deg, yaw_deg
 
-_SHAKE = const(174)
-_VIEW = const(202)
-_OWN = const(274)
-_YAW_VIEW = const(277)
-_E = const(289)
-_COV = const(303)
-_MATRIX = const(503)
-_YAW_NOISE = const(516)
-_STATE = const(79)
-_Q20, _Q30, _Q32 = 1048576.0, 1073741824.0, 4294967296.0
+_SHAKE = const(216)
+_VIEW = const(247)
+_OWN = const(319)
+_YAW_VIEW = const(139)
+_SIGMA = const(105)
+_RELATED = const(119)
+_MATRIX = const(127)
+_YAW_NOISE = const(138)
+_STATE = const(75)
+_Q15, _Q20, _Q30, _Q32 = 32768.0, 1048576.0, 1073741824.0, 4294967296.0
 
 
 def _sigma(state, i):
-    return sqrt(state[_COV - _STATE + 15 * i] / _Q30) / (1 << state[_E - _STATE + i])
+    return state[_SIGMA - _STATE + i] / _Q30
 
 
 def learned(state, bias_dps):
@@ -43,12 +43,10 @@ def matrix(state):
 
 def _variance(state, view):
     """Of what the errors add up to in this view of 14 numbers, or 12."""
-    units = [v / (1 << state[_E - _STATE + i]) for i, v in enumerate(view)]
-    total = 0.0
-    for i, a in enumerate(units):
-        for j, b in enumerate(units):
-            at = _COV - _STATE + 14 * max(i, j) + min(i, j)
-            total += a * b * (state[at] / _Q30)
+    shares = [v * _sigma(state, i) for i, v in enumerate(view)]
+    total = sum([share * share for share in shares])
+    for i, (a, b) in enumerate(((7, 11), (11, 3), (3, 7))):
+        total += 2.0 * shares[a] * shares[b] * state[_RELATED - _STATE + i] / _Q15
     return max(0.0, total)
 
 

@@ -13,6 +13,7 @@ BLOCK_S, LOOK_S, YOUNG_S, OLD_S = 0.08, 0.24, 1.5, 100.0  # as in the float Atti
 _FULL_SCALE = 32768 * 1.9  # of three axes and a calibration together
 _SPREAD = 0.7  # rad: longest lag_s * rate that the lag correction's formats hold
 _G = 9.80665
+_Q30 = 1073741824.0
 
 # places and formats: this folder's __init__
 _E_SHIFT = const(28)
@@ -78,8 +79,7 @@ def set_up(
     young = max(1, int(YOUNG_S / span + 0.99))
     mg, mg_shift = mantissa(32768.0 * 4096.0 / (n * lsb_per_g))
     look = max(1, int(LOOK_S / span + 0.49999))
-    ticks = max(1, (n - 1) // 6)  # of a block, for the view; three pace, the others learn
-    others = max(1, n - 4 - ticks)
+    ticks = max(1, (n - 1) // 6)  # of a block, for the view; two pace, ten learn
     most = radians(min(most_dps, 2000.0))
     coefficients = (
         n,
@@ -113,29 +113,20 @@ def set_up(
         0.3 * tau_s * 4096.0,
         most * 16777216.0,
         min(most_sigmas, 100.0) * 256.0,
-        min(top_speed_m_s, 200.0) / _G / span * 256.0,
+        (min(top_speed_m_s, 200.0) / _G / span * 64.0) ** 2,
         32768.0 * span / 10.0,
-        radians(0.9 / bias_tau_s) ** 2 * look * span * 17592186044416.0,
+        min(5e8, radians(0.9 / bias_tau_s) ** 2 * look * span * 17592186044416.0),
         radians(0.002) * span * 4294967296.0,
         32768.0 * span / 5.0,
         32768.0 * (1.0 - span / 40.0) + 0.5,
         look,
         (13 + ticks - 1) // ticks,
-        (13 + others - 1) // others,
+        max(65536.0, radians(start_sigma_dps) * _Q30),
+        scale_sigma * _Q30,
+        cross_sigma * _Q30,
     )
-    for sigma in (radians(start_sigma_dps), scale_sigma, cross_sigma):
-        coefficients += unit_of(sigma)
     for i, value in enumerate(coefficients):
         s[_N + i] = int(value)
-
-
-def unit_of(sigma):
-    """(E, COV) of an error with this sigma below 1: a unit of 2^-E and a variance in it, Q30."""
-    e = 0
-    while e < 20 and sigma * (2 << e) < 1.0:
-        e += 1
-    sigma *= 1 << e
-    return e, int(sigma * sigma * 1073741823.0)
 
 
 def radians_to(per_dps):

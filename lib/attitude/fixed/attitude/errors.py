@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What the integer Attitude knows of its gyro's errors, and their use: attitude.GyroLearning.
 
-An error's variance is kept in a unit of its own, 2^-E, so that it is a quarter to one of it: the
-rows of the covariance keep their bits while the errors become known by and by.
 Places and formats: this folder's __init__.
 """
 
@@ -12,31 +10,15 @@ from micropython import const
 from attitude.fixed.intmath import isqrt
 
 _GYRO = const(12)
-_START = const(73)
-_SCALE = const(75)
-_CROSS = const(77)
-_USED = const(124)
-_E = const(289)
-_COV = const(303)
-_SPREAD = const(499)
-_MATRIX = const(503)
-_NOISE = const(512)
-_LOOKS = const(513)
-_TILT = const(552)
-_LEAST = const(4295)  # (2 mg)^2, Q30
-
-
-@micropython.viper
-def unknown(array, i: int, e: int, variance: int):
-    """Error i is unknown by this variance in units of 2^-e, Q30, and related to no other."""
-    s = ptr32(array)
-    j = 0
-    while j < 14:
-        s[_COV + 14 * i + j] = 0
-        s[_COV + 14 * j + i] = 0
-        j += 1
-    s[_COV + 15 * i] = variance
-    s[_E + i] = e
+_START = const(72)
+_USED = const(84)
+_SIGMA = const(105)
+_SPREAD = const(122)
+_TILT = const(126)
+_MATRIX = const(127)
+_NOISE = const(136)
+_LOOKS = const(137)
+_LEAST_NOISE = const(4295)  # (2 mg)^2, Q30
 
 
 @micropython.viper
@@ -44,73 +26,64 @@ def know_nothing(array):
     """Nothing is known but the settings."""
     s = ptr32(array)
     i = 0
-    while i < 14:
-        at = _START
-        if i > 2:
-            at = _CROSS
-            if i & 3 == 3:
-                at = _SCALE
-        if i < 12:
-            unknown(array, i, s[at], s[at + 1])
-        else:
-            unknown(array, i, 0, 0)
+    while i < 12:
+        k = 2
+        if i < 3:
+            k = 0
+        elif i & 3 == 3:
+            k = 1
+        s[_SIGMA + i] = s[_START + k]
         i += 1
-    i = 0
-    while i < 9:
-        s[_MATRIX + i] = 0
+    i = _SIGMA + 12
+    while i < _NOISE:
+        s[i] = 0
         i += 1
-    s[_NOISE] = _LEAST
+    s[_NOISE] = _LEAST_NOISE
     s[_LOOKS] = 0
     spread(array)
 
 
 @micropython.viper
 def spread(array):
-    """Sum up the variances, in (rad/s)^2 Q28: of the biases, of what goes with each rate; and that
-    of the unknown tilt."""
+    """Sum up the variances, in (rad/s)^2 Q28: of the biases, of what goes with each rate; and the
+    sigma of the unknown tilt.
+    """
     s = ptr32(array)
     i = 0
-    while i < 4:
-        s[_SPREAD + i] = 0
-        i += 1
-    i = 0
     while i < 12:
-        at = _SPREAD
+        k = _SPREAD
+        t = s[_SIGMA + i] + 32768 >> 16
+        t *= t
         if i > 2:
-            at += 1 + i % 3
-        e = 2 * s[_E + i] + 2
-        t = 0
-        if e < 31:
-            t = s[_COV + 15 * i] >> e
-        s[at] += t
+            k += 1 + i % 3
+        if i and i != 3 and i != 4 and i != 5:
+            t += s[k]
+        s[k] = t
         i += 1
-    t = (s[_COV + 180] >> 2 * s[_E + 12]) + (s[_COV + 195] >> 2 * s[_E + 13])
-    s[_TILT] = int(isqrt(t))
+    t = s[_SIGMA + 12] >> 15
+    i = s[_SIGMA + 13] >> 15
+    s[_TILT] = int(isqrt(t * t + i * i))
 
 
 @micropython.viper
 def use(array, i: int):
-    """Make row i of the gyro's coefficients with what was learned; 3: all."""
+    """Make row i of the gyro's coefficients with what was learned."""
     s = ptr32(array)
-    end = i + 1
-    if i == 3:
-        i = 0
-    while i < end and i < 3:
-        a = s[_MATRIX + 3 * i]  # 0.06 at most: 2^26
-        b = s[_MATRIX + 3 * i + 1]
-        c = s[_MATRIX + 3 * i + 2]
-        x = s[_GYRO + 9]
-        y = s[_GYRO + 10]
-        z = s[_GYRO + 11]
-        t = (a >> 12) * (x >> 18) + (b >> 12) * (y >> 18) + (c >> 12) * (z >> 18)
-        t += (a >> 15) * (x >> 3 & 0x7FFF) + (b >> 15) * (y >> 3 & 0x7FFF) >> 12
-        s[_USED + 9 + i] = s[_GYRO + 9 + i] + t + ((c >> 15) * (z >> 3 & 0x7FFF) >> 12)
-        a >>= 12
-        b >>= 12
-        c >>= 12
-        j = 0
-        while j < 3:
-            t = a * s[_GYRO + j] + b * s[_GYRO + 3 + j] + c * s[_GYRO + 6 + j] + 131072
-            s[_USED + 3 * i + j] = s[_GYRO + 3 * i + j] + (t >> 18)
-            j += 1
+    at = _GYRO
+    a = s[_MATRIX + 3 * i] >> 12  # 0.06 at most: 2^14
+    b = s[_MATRIX + 3 * i + 1] >> 12
+    c = s[_MATRIX + 3 * i + 2] >> 12
+    i *= 3
+    end = i + 3
+    while i < end:
+        t = a * s[at] + b * s[at + 3] + c * s[at + 6] + 131072
+        s[_USED + i] = s[_GYRO + i] + (t >> 18)
+        at += 1
         i += 1
+    i = end // 3 + 8  # the offset
+    x = s[_GYRO + 9]
+    y = s[_GYRO + 10]
+    z = s[_GYRO + 11]
+    t = (a * (x >> 15) >> 2) + (b * (y >> 15) >> 2) + (c * (z >> 15) >> 2)
+    t += a * (x & 0x7FFF) + b * (y & 0x7FFF) + c * (z & 0x7FFF) >> 17
+    s[_USED + i] = s[_GYRO + i] + (t >> 1)

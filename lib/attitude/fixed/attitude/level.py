@@ -10,32 +10,20 @@ from attitude.fixed.attitude.errors import know_nothing, use
 from attitude.fixed.intmath import isqrt
 
 _ONE = const(32)
-_W = const(80)
-_X = const(81)
-_Y = const(82)
-_Z = const(83)
-_TRIM = const(84)
-_BIAS = const(88)
-_FRACTION = const(91)
-_K_SHIFT = const(99)
-_MOST_G = const(101)
-_LEFT = const(102)
-_BEGIN = const(106)
-_SUM = const(107)
-_ROLL = const(113)
-_RATES = const(116)
-_UNCERTAIN = const(123)
-_USED = const(124)
-_MEAN = const(136)
-_BEFORE = const(145)
-_KEPT = const(151)
-_SINCE = const(163)
-_MOVED = const(165)
-_GAIN = const(166)
-_FRESH_ROWS = const(201)
-_YAW_VIEW = const(277)
-_STATE = const(79)
-_STATE_END = const(553)
+_W = const(76)
+_X = const(77)
+_Y = const(78)
+_Z = const(79)
+_TRIM = const(162)
+_K_SHIFT = const(174)
+_MOST_G = const(176)
+_LEFT = const(177)
+_BEGIN = const(80)
+_RATES = const(154)
+_UNCERTAIN = const(161)
+_MOVED = const(104)
+_STATE = const(75)
+_STATE_END = const(358)
 
 
 @micropython.viper
@@ -142,49 +130,23 @@ def without_yaw(array):
 def begin(array):
     """Forget everything; the next sample levels, with yaw 0."""
     s = ptr32(array)
-    end = _STATE_END
     i = _STATE
-    while i < end:
+    while i < _RATES:
         s[i] = 0
         i += 1
     s[_W] = s[_ONE]
-    s[_BEGIN] = 2
     know_nothing(array)
-    use(array, 3)
-    _fresh(array)
+    begin_again(array)
+    s[_BEGIN] = 2
+    s[_MOVED] = 0
 
 
 @micropython.viper
 def begin_again(array):
     """The next samples level anew; attitude, bias and what is known of the gyro stay till then."""
     s = ptr32(array)
-    end = _YAW_VIEW
-    i = _TRIM
-    while i < _BIAS:
-        s[i] = 0
-        i += 1
-    i = _FRACTION
-    while i < _BEGIN:
-        s[i] = 0
-        i += 1
-    i = _SUM
-    while i < _ROLL:
-        s[i] = 0
-        i += 1
     i = _RATES
-    while i < _USED:
-        s[i] = 0
-        i += 1
-    i = _MEAN
-    while i < _BEFORE:
-        s[i] = 0
-        i += 1
-    i = _KEPT
-    while i < _SINCE:
-        s[i] = 0
-        i += 1
-    i = _GAIN
-    while i < end:
+    while i < _STATE_END:
         s[i] = 0
         i += 1
     if s[_BEGIN] == 0:
@@ -192,14 +154,11 @@ def begin_again(array):
     elif s[_BEGIN] == 3:
         s[_BEGIN] = 2
     s[_MOVED] = 1  # who knows
-    _fresh(array)
-
-
-@micropython.viper
-def _fresh(array):
-    s = ptr32(array)
     s[_K_SHIFT] = 9
     s[_MOST_G] = 1073741823
     s[_LEFT] = 1  # the first block is the first sample: it levels
     s[_UNCERTAIN] = 1
-    s[_FRESH_ROWS] = 1
+    i = 0
+    while i < 3:
+        use(array, i)
+        i += 1

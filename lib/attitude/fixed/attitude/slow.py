@@ -9,10 +9,9 @@ sums are not divided, so that the bias keeps a resolution of 1e-5 deg/s.
 import micropython
 from micropython import const
 
+from attitude.fixed.attitude.learn import learn, view
 from attitude.fixed.attitude.level import level, turn, without_yaw
-from attitude.fixed.attitude.pace import limit, pace, prepare
-from attitude.fixed.attitude.view import view
-from attitude.fixed.intmath import isqrt
+from attitude.fixed.attitude.pace import pace
 
 _ONE = const(32)
 _N = const(33)
@@ -37,40 +36,40 @@ _MG = const(54)
 _MG_SHIFT = const(55)
 _SUM_RAD = const(58)
 _INC_RAD = const(59)
-_W = const(80)
-_X = const(81)
-_Y = const(82)
-_Z = const(83)
-_BIAS = const(88)
-_LEFT = const(102)
-_COUNT = const(103)
-_BEGIN = const(106)
-_SUM = const(107)
-_FORCE = const(119)
-_AT_REST = const(122)
-_MEAN = const(136)
-_FIRST = const(142)
-_BEFORE = const(145)
-_NEXT = const(148)
-_KEPT = const(151)
-_UP = const(152)
-_UP_SAMPLES = const(155)
-_NOW = const(156)
-_AGE = const(159)
-_STILL = const(160)
-_STEADY = const(161)
-_RESTED = const(162)
-_SINCE = const(163)
-_LEARNED = const(164)
-_MOVED = const(165)
-_EVENT = const(175)
-_YAW_VIEW = const(277)
-_E = const(289)
-_COV = const(303)
-_YAW_NOISE = const(516)
-_WORK = const(176)
-_TURN = const(182)
-_SEEN = const(171)
+_W = const(76)
+_X = const(77)
+_Y = const(78)
+_Z = const(79)
+_BIAS = const(81)
+_LEFT = const(177)
+_COUNT = const(178)
+_BEGIN = const(80)
+_SUM = const(181)
+_FORCE = const(157)
+_AT_REST = const(160)
+_MEAN = const(187)
+_FIRST = const(193)
+_BEFORE = const(96)
+_NEXT = const(99)
+_KEPT = const(196)
+_UP = const(197)
+_UP_SAMPLES = const(200)
+_NOW = const(201)
+_AGE = const(204)
+_STILL = const(205)
+_STEADY = const(206)
+_RESTED = const(207)
+_SINCE = const(102)
+_LEARNED = const(103)
+_MOVED = const(104)
+_EVENT = const(217)
+_YAW_VIEW = const(139)
+_YAW_NOISE = const(138)
+_WORK = const(218)
+_TURN = const(223)
+_SEEN = const(213)
+_SIGMA = const(105)
+_ROWS = const(226)
 _WILD = const(42598)  # 1.3 rad, Q15
 
 
@@ -80,14 +79,13 @@ def slow(array):
     s = ptr32(array)
     n = s[_N]
     begin = s[_BEGIN]
-    if s[_WORK] == 15:  # a short block
-        pace(array)
-    if s[_WORK] == 16:
-        limit(array)
-    if s[_WORK] == 17:
-        prepare(array)
-    while s[_WORK] and s[_WORK] < 14:
-        view(array)
+    while s[_WORK]:  # a short block
+        if s[_WORK] > 29:
+            pace(array)
+        elif s[_WORK] < 14:
+            view(array)
+        else:
+            learn(array)
 
     # as if it had had n samples, whatever the period; one at the beginning
     samples = s[_COUNT]
@@ -105,8 +103,7 @@ def slow(array):
     rested = s[_AT_REST]
     s[_AT_REST] = still
     if still:
-        if not rested:
-            s[_EVENT] |= 1
+        s[_EVENT] |= 1 - rested
         _rest(array, rested)
     elif rested:
         s[_EVENT] |= 2
@@ -116,7 +113,6 @@ def slow(array):
             i += 1
 
     # the turn; one that is too wild is no place to learn from, nor to level by its mean
-    a = 0
     i = 0
     while i < 3:
         t = s[_BIAS + i]
@@ -127,15 +123,12 @@ def slow(array):
             t = -65535
         s[_TURN + i] = t
         if t > _WILD or t < -_WILD:
-            a = 3
+            s[_EVENT] |= 32
         i += 1
-    if a:
-        s[_EVENT] |= 32
-        s[_NOW] = 0
-        s[_NOW + 1] = 0
-        s[_NOW + 2] = 4096
 
-    # the block's acceleration in the earth frame
+    wild = s[_EVENT] & 32
+
+    # the rotation matrix, and the block's acceleration in the earth frame
     w = s[_W] + 16384 >> 15
     x = s[_X] + 16384 >> 15
     y = s[_Y] + 16384 >> 15
@@ -143,6 +136,7 @@ def slow(array):
     i = s[_SUM + 3]
     j = s[_SUM + 4]
     k = s[_SUM + 5]
+    a = 0
     while a < 3:
         if a == 0:  # a row of the rotation matrix, Q15
             p = w * w + x * x - y * y - z * z + 16384 >> 15
@@ -156,16 +150,22 @@ def slow(array):
             p = x * z - w * y + 8192 >> 14
             q = y * z + w * x + 8192 >> 14
             r = w * w - x * x - y * y + z * z + 16384 >> 15
+        s[_ROWS + 3 * a] = p
+        s[_ROWS + 3 * a + 1] = q
+        s[_ROWS + 3 * a + 2] = r
         t = p * (i & 127) + q * (j & 127) + r * (k & 127) >> 7
         t = p * (i >> 7) + q * (j >> 7) + r * (k >> 7) + t >> 8
-        s[_UP + a] += t
-        if samples == 1:
-            t *= n
-        t = (t >> 15) * s[_MG] + ((t & 0x7FFF) * s[_MG] >> 15) >> s[_MG_SHIFT]
+        if wild:
+            t = a >> 1 << 12
+        else:
+            s[_UP + a] += t
+            if samples == 1:
+                t *= n
+            t = (t >> 15) * s[_MG] + ((t & 0x7FFF) * s[_MG] >> 15) >> s[_MG_SHIFT]
         s[_NOW + a] = t
         a += 1
     k = s[_UP_SAMPLES]
-    if s[_EVENT] & 32 == 0:
+    if wild == 0:
         k += samples
     s[_UP_SAMPLES] = k
 
@@ -211,7 +211,7 @@ def slow(array):
     s[_AGE] = age
     if samples == 1:
         s[_SEEN] = -1  # a sample counts for nothing
-    s[_WORK] = 15
+    s[_WORK] = 30
 
     i = _SUM
     while i < _SUM + 6:
@@ -297,7 +297,7 @@ def _still(array) -> int:
             if s[_AT_REST] or k < t:
                 t = k
         else:
-            bound = int(isqrt(s[_COV + 15 * i])) * s[_SUM_RAD] >> s[_E + i] + 4
+            bound = (s[_SIGMA + i] >> 15) * s[_SUM_RAD] >> 4
             bound += s[_NEAR]
             if bound > s[_START_LIMIT]:
                 bound = s[_START_LIMIT]

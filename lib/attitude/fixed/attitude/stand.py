@@ -7,8 +7,8 @@ Rare, for the foreground; places and formats: this folder's __init__. `s` is the
 
 from micropython import const
 
-from attitude.fixed.attitude.coefficients import INC_PER_DPS, unit_of
-from attitude.fixed.attitude.errors import spread, unknown
+from attitude.fixed.attitude.coefficients import INC_PER_DPS
+from attitude.fixed.attitude.errors import spread
 from attitude.quaternion import rotate_back, unit
 from attitude.standing import angles_mdeg, turned
 
@@ -17,21 +17,22 @@ _LAG = const(30)
 _LAG_POST = const(31)
 _OLD = const(48)
 _YOUNG = const(47)
-_W = const(80)
-_TRIM = const(84)
-_LAST = const(85)
-_BIAS = const(88)
-_BEGIN = const(106)
-_ROLL = const(113)
-_RATES = const(116)
-_FORCE = const(119)
-_BEFORE = const(145)
-_NEXT = const(148)
-_AGE = const(159)
-_LEARNED = const(164)
-_MOVED = const(165)
-_EVENT = const(175)
-_STATE = const(79)
+_W = const(76)
+_TRIM = const(162)
+_LAST = const(163)
+_BIAS = const(81)
+_BEGIN = const(80)
+_ROLL = const(151)
+_RATES = const(154)
+_FORCE = const(157)
+_BEFORE = const(96)
+_NEXT = const(99)
+_AGE = const(204)
+_LEARNED = const(103)
+_MOVED = const(104)
+_EVENT = const(217)
+_SIGMA = const(105)
+_STATE = const(75)
 _DEG = 57.29578
 _MOST_DPS = 39.0  # of bias: what the formats hold, and twice what the datasheet allows
 
@@ -93,7 +94,7 @@ def begin_at(s, there, rate_hz):
         s[_LAST + i] = round(rates[i] * inc)
         s[_RATES + i] = round(rates[i] * 1000.0)
         s[_BIAS + i] = round(_bounded(bias[i]) * inc * 256.0)
-        unknown(s, i, *unit_of(known / _DEG))
+        s[_SIGMA + i] = int(known / _DEG * 1073741824.0)
         if home:
             s[_LEARNED] = 1
             s[_BEFORE + i] = s[_NEXT + i] = round(_bounded(home[i]) * inc * 256.0)

@@ -21,10 +21,9 @@ The tests run it under the checked viper with inputs made to break these.
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude.learn import learn
-from attitude.fixed.attitude.pace import limit, pace, prepare
+from attitude.fixed.attitude.learn import learn, view
+from attitude.fixed.attitude.pace import pace
 from attitude.fixed.attitude.slow import slow
-from attitude.fixed.attitude.view import view
 
 _GYRO_SHIFT = const(24)
 _STEP = const(25)
@@ -36,35 +35,34 @@ _LAG = const(30)
 _LAG_POST = const(31)
 _ONE = const(32)
 _N = const(33)
-_SEQ = const(79)
-_W = const(80)
-_X = const(81)
-_Y = const(82)
-_Z = const(83)
-_TRIM = const(84)
-_LAST = const(85)
-_BIAS = const(88)
-_FRACTION = const(91)
-_VX = const(94)
-_VY = const(95)
-_PX = const(96)
-_PY = const(97)
-_K = const(98)
-_K_SHIFT = const(99)
-_K_HALF = const(100)
-_LEFT = const(102)
-_COUNT = const(103)
-_OVER = const(104)
-_STUCK = const(105)
-_MOST_G = const(101)
-_USED = const(124)
-_WORK = const(176)
-_PHASE = const(177)
-_SUM = const(107)
-_ROLL = const(113)
-_YAW = const(115)
-_RATES = const(116)
-_FORCE = const(119)
+_SEQ = const(75)
+_W = const(76)
+_X = const(77)
+_Y = const(78)
+_Z = const(79)
+_TRIM = const(162)
+_LAST = const(163)
+_BIAS = const(81)
+_FRACTION = const(166)
+_VX = const(169)
+_VY = const(170)
+_PX = const(171)
+_PY = const(172)
+_K = const(173)
+_K_SHIFT = const(174)
+_K_HALF = const(175)
+_LEFT = const(177)
+_COUNT = const(178)
+_OVER = const(179)
+_STUCK = const(180)
+_MOST_G = const(176)
+_USED = const(84)
+_WORK = const(218)
+_SUM = const(181)
+_ROLL = const(151)
+_YAW = const(153)
+_RATES = const(154)
+_FORCE = const(157)
 
 
 @micropython.viper
@@ -278,15 +276,11 @@ def step(self, counts: ptr16):
     if t <= 0:
         slow(self._s)
     elif s[_WORK]:  # the other samples of a block share its work
-        if s[_WORK] < 14:
-            view(self._s)
-        elif s[_WORK] == 15:
+        if s[_WORK] > 29:
             pace(self._s)
-        elif s[_WORK] == 16:
-            limit(self._s)
-        elif s[_WORK] == 17:
-            prepare(self._s)
-        elif s[_PHASE]:
+        elif s[_WORK] < 14:
+            view(self._s)
+        else:
             learn(self._s)
 
     # rotation matrix, Q15, its last row in (i, j, k), and how far |q| is off
