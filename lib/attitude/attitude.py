@@ -53,7 +53,8 @@ class Attitude(Orientation):
         self.rate_hz = rate_hz
         self.lag_s = lag_s
         # coefficients
-        self._block_n = max(1, int(rate_hz * _BLOCK_S + 1e-6))
+        self._block_n = n = max(1, int(rate_hz * _BLOCK_S + 1e-6))
+        self._told_n = 9 + max(1, (n - 1) // 6)  # samples from a look on, in the integer twin
         self._gyro_stop_dps = gyro_range_dps * _STOP
         self._accel_stop_g = accel_range_g * _STOP
         # state
@@ -116,6 +117,8 @@ class Attitude(Orientation):
             self._sum = [0.0] * 6
             self._n, self._block_s = 0, 0.0
             self._q = self._slow.update(self._q, now, span, self._accel)
+        elif self._n == self._told_n:
+            self._q = self._slow.made_good(self._q)
 
     def _turn(self, x, y, z, dt_s):
         """Strap-down integration by the trapezoid rule."""

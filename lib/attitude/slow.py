@@ -79,6 +79,7 @@ class Slow:
         self._age_s = self._looked_s = 0.0
         self._axis = 0  # looked at last
         self._unknown = 0.0  # tilt that is unknown from now on, rad
+        self._change = None  # of the errors, by the last look
 
     def over_range(self):
         """The gyro has lost a part of a turn: as unsure as just after the start."""
@@ -92,6 +93,7 @@ class Slow:
         """The attitude after a block: now is its mean of the matrix' rates (deg/s) and of the
         acceleration (g), accel the last sample's."""
         learning, rest = self.learning, self.rest
+        q = self.made_good(q)
         was_at_rest = rest.at_rest
         q = self._watch_rest(q, now, span_s, accel)
         rates = [radians(rate) - bias for rate, bias in zip(now, learning.bias)]
@@ -209,13 +211,16 @@ class Slow:
         learning.walk(span_s, self.rest.since_s)
         shaken = self.up.level_g * max(1.0, self.gain * self.tau_s)
         position = (self.loop.px, self.loop.py)[axis]
-        change = learning.look(view.of(2, axis), position, shaken)
+        self._change = learning.look(view.of(2, axis), position, shaken)
         self.bounds.explained(axis, learning.explained)
-        learning.correct(change)
-        return self._made_good(q, change)
+        return q
 
-    def _made_good(self, q, change):
-        """Attitude and loop as if the change had always been known."""
+    def made_good(self, q):
+        """Attitude and loop as if what the last look has told had always been known."""
+        change, self._change = self._change, None
+        if not change:
+            return q
+        self.learning.correct(change)
         tilt, velocity, position = [
             [sum([a * b for a, b in zip(self.view.of(kind, axis), change)]) for axis in (0, 1)]
             for kind in (0, 1, 2)
@@ -233,7 +238,7 @@ class Slow:
     def state(self):
         """All that changes, for set_state()."""
         own = (self.blank, self.gain, tuple(self._squares), self._age_s, self._looked_s,
-               self._axis, self._unknown)
+               self._axis, self._unknown, self._change)
         parts = (self.rest, self.learning, self.view, self.up, self.bounds)
         return own, tuple([part.state() for part in parts])
 
@@ -241,7 +246,7 @@ class Slow:
         """Go on from a state()."""
         own, states = state
         (self.blank, self.gain, squares, self._age_s, self._looked_s, self._axis,
-         self._unknown) = own
+         self._unknown, self._change) = own
         self._squares = list(squares)
         parts = (self.rest, self.learning, self.view, self.up, self.bounds)
         for part, value in zip(parts, states):
