@@ -12,13 +12,14 @@ i reads too much is that part of the rate about j), 12 and 13 a tilt unknown fro
 from .quaternion import rotate_back
 
 ERRORS = 14
-_OWN = 12  # of them the gyro's
+_GYRO = 12  # of them the gyro's
+_OF_AXIS = 13  # those that show on a level axis
 
 
 class GyroView:
     """`.tilt[axis][error]` in rad, `.velocity` and `.position` in g by the gain and its square,
-    for the level axes x and y; `.yaw[error]` in rad. The unknown tilt shows on its own axis only,
-    on both alike: `.start`, a list of its tilt, velocity and position.
+    for the level axes x and y; `.yaw[error]` in rad. An unknown tilt shows on its own axis only,
+    as error 12 there.
     """
 
     def __init__(self):
@@ -27,25 +28,24 @@ class GyroView:
 
     def clear(self):
         """No error has shown yet; yaw remembers."""
-        self._zero = [0.0] * _OWN
-        self.tilt = [[0.0] * _OWN, [0.0] * _OWN]
-        self.velocity = [[0.0] * _OWN, [0.0] * _OWN]
-        self.position = [[0.0] * _OWN, [0.0] * _OWN]
-        self.start = [0.0, 0.0, 0.0]
+        self.tilt, self.velocity, self.position = [
+            [[0.0] * _OF_AXIS, [0.0] * _OF_AXIS] for _ in range(3)
+        ]
         self._rows = None
 
     def forget_yaw(self):
         """Yaw counts from here."""
-        self.yaw = [0.0] * _OWN
+        self.yaw = [0.0] * _GYRO
 
     def forget_velocity(self):
         """The loop's velocity has become zero, whatever it was."""
-        self.velocity = [[0.0] * _OWN, [0.0] * _OWN]
-        self.start[1] = 0.0
+        self.velocity = [[0.0] * _OF_AXIS, [0.0] * _OF_AXIS]
 
     def begin_tilt(self):
         """The tilt is unknown from now on."""
-        self.start = [1.0, 0.0, 0.0]
+        for axis in (0, 1):
+            self.tilt[axis][12] = 1.0
+            self.velocity[axis][12] = self.position[axis][12] = 0.0
 
     def follow_level(self, q, rates, span_s, step, limited):
         """A block of span_s with mean rates (rad/s) has ended at q; step is the loop's gain times
@@ -57,15 +57,10 @@ class GyroView:
             tilt, velocity, position = self.tilt[axis], self.velocity[axis], self.position[axis]
             mean = [0.5 * span_s * (a + b) for a, b in zip(last[axis], rows[axis])]
             back = 0.0 if limited[axis] else step
-            for n, added in enumerate(_spread(mean, rates)):
+            for n, added in enumerate(_spread(mean, rates) + [0.0]):
                 tilt[n] += added - back * position[n]
                 velocity[n] += step * (tilt[n] - 2.0 * position[n])
                 position[n] += step * (velocity[n] - 2.0 * position[n])
-        tilt, velocity, position = self.start
-        tilt -= 0.0 if limited[0] or limited[1] else step * position
-        velocity += step * (tilt - 2.0 * position)
-        position += step * (velocity - 2.0 * position)
-        self.start = [tilt, velocity, position]
 
     def follow_yaw(self, q, rates, span_s, keep):
         """The same block, for yaw; `keep` is the part that an old bias keeps, since it walks."""
@@ -76,20 +71,19 @@ class GyroView:
 
     def of(self, kind, axis):
         """A row of ERRORS numbers: kind 0 tilt, 1 velocity, 2 position of level axis 0 or 1."""
-        start = [0.0, 0.0]
-        start[axis] = self.start[kind]
-        return (self.tilt, self.velocity, self.position)[kind][axis] + start
+        row = (self.tilt, self.velocity, self.position)[kind][axis]
+        return row[:12] + ([0.0, row[12]] if axis else [row[12], 0.0])
 
     def state(self):
         """All that changes, for set_state()."""
         levels = [tuple(row) for part in (self.tilt, self.velocity, self.position) for row in part]
-        return tuple(levels) + (tuple(self.start), self._rows, tuple(self.yaw))
+        return tuple(levels) + (self._rows, tuple(self.yaw))
 
     def set_state(self, state):
         """Go on from a state()."""
         rows = [list(row) for row in state[:6]]
         self.tilt, self.velocity, self.position = rows[:2], rows[2:4], rows[4:]
-        self.start, self._rows, self.yaw = list(state[6]), state[7], list(state[8])
+        self._rows, self.yaw = state[6], list(state[7])
 
 
 def _spread(row, rates):

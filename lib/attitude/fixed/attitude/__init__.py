@@ -82,64 +82,63 @@ place    name        format and meaning                                         
 136      NOISE       g^2 Q30: variance of what no error explains                     learn, errors
 137      LOOKS       so far, at most 2^15 - 1                                        learn, errors
 138      YAW_NOISE   rad^2 Q32: variance of the yaw by what no view shows              learn, slow
-139-150  YAW_VIEW    VIEW of the yaw                                                   learn, slow
-151-152  ROLL        mdeg, then the pitch; the first of the results              step, stand, turn
-153      YAW         mdeg; what follows is forgotten after a gap                        step, turn
-154-156  RATES       mdps                                                              step, stand
-157-159  FORCE       calibrated accelerometer, counts                                         step
-160      AT_REST     1 or 0                                                                   slow
-161      UNCERTAIN   1 or 0                                                            pace, level
-162      TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off   step, level, stand, turn
-163-165  LAST        inc of the last sample, as learned                          step, stand, turn
-166-168  FRACTION    of the bias, Q8: what waits                                              step
-169      VX          velocity that should not be there, g * 2^24                 step, pace, learn
-170      VY          the same                                                    step, pace, learn
-171      PX          position that should not be there, g * 2^24                 step, pace, learn
-172      PY          the same                                                    step, pace, learn
-173      K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15                          pace
-174      K_SHIFT     see K                                                             pace, level
-175      K_HALF      2^(K_SHIFT - 1), to round                                                pace
-176      MOST_G      of a position that corrects, g * 2^24                             pace, level
-177      LEFT        time until the block is full, nominal samples Q15           step, slow, level
-178      COUNT       samples in this block so far                                step, slow, level
-179      OVER        the gyro was over its range in this block                   step, pace, level
-180      STUCK       the accelerometer was over its range in this block          step, pace, level
-181-186  SUM         of the block: inc with the bias in it, calibrated counts           step, slow
-187-192  MEAN        sums of the last half second, the accelerometer's in Q6                  slow
-193-195  FIRST       the accelerometer's when it became still                                 slow
-196      KEPT        since it changed                                                         slow
-197-199  UP          acceleration in the earth frame, counts * samples                        slow
-200      UP_SAMPLES  how many are in it                                                       slow
-201-203  NOW         the same of this block, g Q12                                            slow
-204      AGE         since the start, or since the attitude was lost             slow, pace, stand
-205      STILL       for how long it has been still, at most REST                             slow
-206      STEADY      for how long it would be, whatever the bias, at most STEADY_MAX          slow
-207      RESTED      for how long it has been at rest, at most RESTED_MAX                     slow
-208      GAIN        gain * dt, Q24                                                    pace, stand
-209-211  SQUARES     mean squares of the rates, (rad/s)^2 Q12                                 pace
-212      LEVEL       level acceleration of late, g Q20                                        pace
-213      SEEN        for how long it has been seen, at most 3 s                         slow, pace
-214-215  PUSHED      speed that passed for acceleration, g blocks Q8                          pace
-216      SHAKE       mean square of the position, g^2 Q30                                     pace
-217      EVENT       what has happened: bits, see pace                           slow, pace, stand
-218      WORK        what a tick has to do: 30, 31 pace, 1-23 learn              slow, pace, learn
-219      WAIT        until the next look                                                      pace
-220      AXIS        to look at                                                               pace
-221      FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed, 16 look  pace
-222      G           gain * span, Q15                                                         pace
-223-225  TURN        of the block about the sensor's axes, rad Q15                            slow
-226-234  ROWS        rotation matrix at the end of the block, Q15                             slow
-235-240  LAST_ROWS   its first two rows at the end of the one before                          pace
-241-246  MID         mean over the block of row y, of row -x, Q14                             pace
-247-318  VIEW        Q20: tilt, velocity, position by 12 errors; of level x, of y            learn
-319-321  OWN         the same by an unknown tilt, of both                              learn, pace
-322-323  EXPLAINED   g^2 Q30: variance of the positions by the errors                  learn, pace
-324-337  SHARE       of a position by the sigma of each error, Q(20 - SCALED); changes, Q28  learn
-338-351  TOLD        what is seen of each error, by its sigma, Q15                           learn
-352      SCALED      see SHARE                                                               learn
-353      QUIET       variance of the position without errors, in SHARE's scale               learn
-354      NU          the position by its sigma, Q13                                          learn
-355-357  CHANGE      tilt x, tilt y, yaw to take off, rad Q24                                learn
+139-151  YAW_VIEW    VIEW of the yaw                                                   learn, slow
+152-153  ROLL        mdeg, then the pitch; the first of the results              step, stand, turn
+154      YAW         mdeg; what follows is forgotten after a gap                        step, turn
+155-157  RATES       mdps                                                              step, stand
+158-160  FORCE       calibrated accelerometer, counts                                         step
+161      AT_REST     1 or 0                                                                   slow
+162      UNCERTAIN   1 or 0                                                            pace, level
+163      TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off   step, level, stand, turn
+164-166  LAST        inc of the last sample, as learned                          step, stand, turn
+167-169  FRACTION    of the bias, Q8: what waits                                              step
+170      VX          velocity that should not be there, g * 2^24                 step, pace, learn
+171      VY          the same                                                    step, pace, learn
+172      PX          position that should not be there, g * 2^24                 step, pace, learn
+173      PY          the same                                                    step, pace, learn
+174      K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15                          pace
+175      K_SHIFT     see K                                                             pace, level
+176      K_HALF      2^(K_SHIFT - 1), to round                                                pace
+177      MOST_G      of a position that corrects, g * 2^24                             pace, level
+178      LEFT        time until the block is full, nominal samples Q15           step, slow, level
+179      COUNT       samples in this block so far                                step, slow, level
+180      OVER        the gyro was over its range in this block                   step, pace, level
+181      STUCK       the accelerometer was over its range in this block          step, pace, level
+182-187  SUM         of the block: inc with the bias in it, calibrated counts           step, slow
+188-193  MEAN        sums of the last half second, the accelerometer's in Q6                  slow
+194-196  FIRST       the accelerometer's when it became still                                 slow
+197      KEPT        since it changed                                                         slow
+198-200  UP          acceleration in the earth frame, counts * samples                        slow
+201      UP_SAMPLES  how many are in it                                                       slow
+202-204  NOW         the same of this block, g Q12                                            slow
+205      AGE         since the start, or since the attitude was lost             slow, pace, stand
+206      STILL       for how long it has been still, at most REST                             slow
+207      STEADY      for how long it would be, whatever the bias, at most STEADY_MAX          slow
+208      RESTED      for how long it has been at rest, at most RESTED_MAX                     slow
+209      GAIN        gain * dt, Q24                                                    pace, stand
+210-212  SQUARES     mean squares of the rates, (rad/s)^2 Q12                                 pace
+213      LEVEL       level acceleration of late, g Q20                                        pace
+214      SEEN        for how long it has been seen, at most 3 s                         slow, pace
+215-216  PUSHED      speed that passed for acceleration, g blocks Q8                          pace
+217      SHAKE       mean square of the position, g^2 Q30                                     pace
+218      EVENT       what has happened: bits, see pace                           slow, pace, stand
+219      WORK        what a tick has to do: 30, 31 pace, 1-23 learn              slow, pace, learn
+220      WAIT        until the next look                                                      pace
+221      AXIS        to look at                                                               pace
+222      FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed, 16 look  pace
+223      G           gain * span, Q15                                                         pace
+224-226  TURN        of the block about the sensor's axes, rad Q15                            slow
+227-235  ROWS        rotation matrix at the end of the block, Q15                             slow
+236-241  LAST_ROWS   its first two rows at the end of the one before                          pace
+242-247  MID         mean over the block of row y, of row -x, Q14                             pace
+248-325  VIEW        Q20: tilt, velocity, position by 13 errors; of level x, of y      learn, pace
+326-327  EXPLAINED   g^2 Q30: variance of the positions by the errors                  learn, pace
+328-340  SHARE       of a position by the sigma of each error, Q(20 - SCALED); changes, Q28  learn
+341-353  TOLD        what is seen of each error, by its sigma, Q15                           learn
+354      SCALED      see SHARE                                                               learn
+355      QUIET       variance of the position without errors, in SHARE's scale               learn
+356      NU          the position by its sigma, Q13                                          learn
+357-359  CHANGE      tilt x, tilt y, yaw to take off, rad Q24                                learn
 """
 
 import micropython
@@ -159,11 +158,11 @@ _STEP = const(25)
 _SEQ = const(75)
 _BIAS = const(81)
 _BEGIN = const(80)
-_ROLL = const(151)
-_AT_REST = const(160)
-_UNCERTAIN = const(161)
+_ROLL = const(152)
+_AT_REST = const(161)
+_UNCERTAIN = const(162)
 _STATE = const(75)
-_STATE_END = const(358)
+_STATE_END = const(360)
 
 
 class Attitude(Fixed):

@@ -11,9 +11,8 @@ from micropython import const
 
 from attitude.bounds import tilt_deg, yaw_deg
 
-_SHAKE = const(216)
-_VIEW = const(247)
-_OWN = const(319)
+_SHAKE = const(217)
+_VIEW = const(248)
 _YAW_VIEW = const(139)
 _SIGMA = const(105)
 _RELATED = const(119)
@@ -54,9 +53,9 @@ def tilt_sigma_deg(state):
     """See Attitude.tilt_sigma_deg."""
     variance = 0.0
     for axis in (0, 1):
-        at = _VIEW - _STATE + 36 * axis
+        at = _VIEW - _STATE + 39 * axis
         view = [state[at + i] / _Q20 for i in range(12)] + [0.0, 0.0]
-        view[12 + axis] = state[_OWN - _STATE] / _Q20
+        view[12 + axis] = state[at + 12] / _Q20
         variance += _variance(state, view)
     return tilt_deg(variance, state[_SHAKE - _STATE] / _Q30)
 

@@ -2,10 +2,11 @@
 """The integer Attitude's look at its level loop: attitude.GyroView and attitude.GyroLearning, a
 piece each sample after a block. Places and formats: this folder's __init__.
 
-Errors are numbered as there: 0 to 2 biases, 3 to 11 a matrix row by row, 12 and 13 the tilt that
-is unknown. WORK says what is next:
+Errors are numbered as there: 0 to 2 biases, 3 to 11 a matrix row by row, 12 and 13 the tilts
+that are unknown, of which a look sees one. WORK says what is next:
 
-    1-13    what the block adds: VIEW_N errors a sample, then the unknown tilt
+    30, 31  see pace
+    1-13    what the block adds: VIEW_N errors a sample, the unknown tilt of both axes at last
     14      the biases walk; what a sigma of each error shows of the position, SHARE, in a scale
             that all of them and the noise fit: Q(20 - SCALED), their sum below 2^14
     15      what is seen by its sigma (NU), and of each error (TOLD); what passes for noise
@@ -24,6 +25,7 @@ from micropython import const
 
 from attitude.fixed.attitude.errors import spread, use
 from attitude.fixed.attitude.level import turn
+from attitude.fixed.attitude.pace import pace
 from attitude.fixed.intmath import isqrt
 
 _K_MOTION = const(50)
@@ -43,27 +45,26 @@ _NOISE = const(136)
 _LOOKS = const(137)
 _YAW_NOISE = const(138)
 _YAW_VIEW = const(139)
-_VX = const(169)
-_PX = const(171)
-_GAIN = const(208)
-_LEVEL = const(212)
-_WORK = const(218)
-_AXIS = const(220)
-_FLAGS = const(221)
-_G = const(222)
+_VX = const(170)
+_PX = const(172)
+_GAIN = const(209)
+_LEVEL = const(213)
+_WORK = const(219)
+_AXIS = const(221)
+_FLAGS = const(222)
+_G = const(223)
 _SPAN = const(60)
-_TURN = const(223)
-_ROWS = const(226)
-_MID = const(241)
-_VIEW = const(247)
-_OWN = const(319)
-_EXPLAINED = const(322)
-_SHARE = const(324)
-_TOLD = const(338)
-_SCALED = const(352)
-_QUIET = const(353)
-_NU = const(354)
-_CHANGE = const(355)
+_TURN = const(224)
+_ROWS = const(227)
+_MID = const(242)
+_VIEW = const(248)
+_EXPLAINED = const(326)
+_SHARE = const(328)
+_TOLD = const(341)
+_SCALED = const(354)
+_QUIET = const(355)
+_NU = const(356)
+_CHANGE = const(357)
 _MOST_MATRIX = const(64424509)  # 0.06, Q30
 _LEAST_NOISE = const(4295)  # (2 mg)^2, Q30
 _LEAST = const(65536)  # of a sigma, Q30
@@ -72,88 +73,71 @@ _WALKED = const(937057)  # 0.05 deg/s in rad/s, Q30
 
 
 @micropython.viper
-def view(array):
-    """Follow the last block with the next VIEW_N errors."""
+def work(array):
+    """The next piece of this block's work."""
     s = ptr32(array)
-    most = 268435456  # 2^28
-    n = s[_VIEW_N]
-    k = s[_WORK]
-    flags = s[_FLAGS]
-    g = s[_G]
-    while n and k < 13:
-        n -= 1
-        i = k - 1
-        k += 1
-        r = i
-        m = s[_SPAN]  # a bias turns by itself times the block's span
-        at = _YAW_VIEW + i
-        t = s[at]
-        if i < 3:
-            t = (t >> 15) * s[_KEEPS] + ((t & 0x7FFF) * s[_KEEPS] >> 15)
-        else:
-            r = (i - 3) // 3
-            m = s[_TURN + (i - 3) % 3]
-        t += (s[_ROWS + 6 + r] >> 1) * m >> 9
-        if t > most:
-            t = most
-        elif t < 0 - most:
-            t = 0 - most
-        s[at] = t
-        if flags & 8:
-            continue
-
-        axis = 1
-        at = _VIEW + i
-        while axis < 3:
-            p = s[at + 24]
-            t = s[at] + (s[_MID + r] * m >> 9)
-            if flags & axis == 0:
-                t -= (p >> 15) * g + ((p & 0x7FFF) * g >> 15)
+    work = s[_WORK]
+    axis = s[_AXIS]
+    if work > 29:
+        pace(array)
+        return
+    s[_WORK] = work + 1
+    if work < 14:
+        most = 268435456  # 2^28
+        n = s[_VIEW_N]
+        flags = s[_FLAGS]
+        g = s[_G]
+        while n and work < 14:
+            n -= 1
+            i = work - 1
+            work += 1
+            r = i
+            m = s[_SPAN]  # a bias turns by itself times the block's span
+            k = 32768
+            if i < 3:
+                k = s[_KEEPS]
+            else:
+                r = (i - 3) // 3
+                m = s[_TURN + (i - 3) % 3]
+                if i == 12:
+                    m = 0
+            at = _YAW_VIEW + i
+            t = s[at]
+            t = (t >> 15) * k + ((t & 0x7FFF) * k >> 15) + ((s[_ROWS + 6 + r] >> 1) * m >> 9)
             if t > most:
                 t = most
             elif t < 0 - most:
                 t = 0 - most
             s[at] = t
-            v = 0
-            if flags & 4 == 0:
-                v = s[at + 12]
-            t -= p << 1
-            v += (t >> 15) * g + ((t & 0x7FFF) * g >> 15)
-            s[at + 12] = v
-            t = v - (p << 1)
-            s[at + 24] = p + (t >> 15) * g + ((t & 0x7FFF) * g >> 15)
-            axis += 1
-            at += 36
-            r += 3
-    if n and k == 13:
-        k = 0
-        if flags & 8 == 0:
-            p = s[_OWN + 2]
-            t = s[_OWN]
-            if flags & 3 == 0:
-                t -= (p >> 15) * g + ((p & 0x7FFF) * g >> 15)
-            s[_OWN] = t
-            v = 0
-            if flags & 4 == 0:
-                v = s[_OWN + 1]
-            t -= p << 1
-            v += (t >> 15) * g + ((t & 0x7FFF) * g >> 15)
-            s[_OWN + 1] = v
-            t = v - (p << 1)
-            s[_OWN + 2] = p + (t >> 15) * g + ((t & 0x7FFF) * g >> 15)
-        if flags & 16:
-            k = 14
-    s[_WORK] = k
-
-
-@micropython.viper
-def learn(array):
-    """The next piece of a look."""
-    s = ptr32(array)
-    work = s[_WORK]
-    s[_WORK] = work + 1
-    axis = s[_AXIS]
-    if work == 14:
+            if flags & 8:
+                continue
+            k = 1
+            at = _VIEW + i
+            while k < 3:
+                p = s[at + 26]
+                t = s[at] + (s[_MID + r] * m >> 9)
+                if flags & k == 0:
+                    t -= (p >> 15) * g + ((p & 0x7FFF) * g >> 15)
+                if t > most:
+                    t = most
+                elif t < 0 - most:
+                    t = 0 - most
+                s[at] = t
+                v = 0
+                if flags & 4 == 0:
+                    v = s[at + 13]
+                t -= p << 1
+                v += (t >> 15) * g + ((t & 0x7FFF) * g >> 15)
+                s[at + 13] = v
+                t = v - (p << 1)
+                s[at + 26] = p + (t >> 15) * g + ((t & 0x7FFF) * g >> 15)
+                k += 1
+                at += 39
+                r += 3
+        if work == 14 and flags & 16 == 0:
+            work = 0
+        s[_WORK] = work
+    elif work == 14:
         walk = s[_WALK]
         if s[_LOOKS] > 255:  # looks are rarer
             walk <<= 1
@@ -165,28 +149,25 @@ def learn(array):
             most = 1073741823
         sum = 0
         i = 0
-        while i < 14:
+        while i < 13:
             u = s[_SIGMA + i]
-            if i < 12:
-                t = s[_VIEW + 36 * axis + 24 + i]
-                if i < 3:
-                    # what an old bias has done to the yaw, when its view forgets it
-                    k = (s[_YAW_VIEW + i] >> 15) * (u >> 15)  # rad Q20
-                    k = (k if k >= 0 else 0 - k) >> 5
-                    if k > 8000:
-                        k = 8000
-                    k = s[_YAW_NOISE] + (k * k >> 12) * (32768 - s[_KEEPS]) * s[_LOOK]
-                    if k > 268435455:
-                        k = 268435455
-                    s[_YAW_NOISE] = k
-                    k = u + (walk // ((u >> 8) + 1) << 7)
-                    if k < most:
-                        u = k
-                        s[_SIGMA + i] = u
-            elif i - 12 == axis:
-                t = s[_OWN + 2]
-            else:
-                t = 0
+            if i < 3:
+                # what an old bias has done to the yaw, when its view forgets it
+                k = (s[_YAW_VIEW + i] >> 15) * (u >> 15)  # rad Q20
+                k = (k if k >= 0 else 0 - k) >> 5
+                if k > 8000:
+                    k = 8000
+                k = s[_YAW_NOISE] + (k * k >> 12) * (32768 - s[_KEEPS]) * s[_LOOK]
+                if k > 268435455:
+                    k = 268435455
+                s[_YAW_NOISE] = k
+                k = u + (walk // ((u >> 8) + 1) << 7)
+                if k < most:
+                    u = k
+                    s[_SIGMA + i] = u
+            elif i == 12:
+                u = s[_SIGMA + 12 + axis]
+            t = s[_VIEW + 39 * axis + 26 + i]
             k = u >> 15
             t = (t >> 15) * k + ((t & 0x7FFF) * k + (t >> 15) * (u & 0x7FFF) >> 15)
             if t > 33554431:
@@ -223,13 +204,13 @@ def learn(array):
             t <<= 10 - 2 * k
         s[_QUIET] = t
         i = 0
-        while i < 14:
+        while i < 13:
             s[_SHARE + i] >>= k
             i += 1
     elif work == 15:
         # a share of a scale tells of the scales that are related to it
         i = 0
-        while i < 14:
+        while i < 13:
             s[_TOLD + i] = s[_SHARE + i]
             i += 1
         t = s[_SHARE + 3]
@@ -243,7 +224,7 @@ def learn(array):
         s[_TOLD + 11] = v + (k * t + i * u >> 15)
         sum = 0
         i = 0
-        while i < 14:
+        while i < 13:
             sum += s[_TOLD + i] * s[_SHARE + i]
             i += 1
         if sum < 0:
@@ -258,7 +239,7 @@ def learn(array):
             t = -3 * root
         s[_NU] = (t << 13) // root
         i = 0
-        while i < 14:
+        while i < 13:
             t = (s[_TOLD + i] << 15) // root
             if t > 32767:
                 t = 32767
@@ -291,9 +272,12 @@ def learn(array):
             s[_LOOKS] += 1
     elif work == 16:
         i = 0
-        while i < 14:
+        while i < 13:
             v = s[_TOLD + i]
-            u = s[_SIGMA + i]
+            k = _SIGMA + i
+            if i == 12:
+                k += axis
+            u = s[k]
             t = (u >> 15) * v + ((u & 0x7FFF) * v >> 15)
             t = (t >> 15) * s[_NU] + ((t & 0x7FFF) * s[_NU] >> 15)
             if t > 67108863:
@@ -307,7 +291,7 @@ def learn(array):
             t = (u >> 15) * v + ((u & 0x7FFF) * v >> 15)
             if t < _LEAST and u >= _LEAST:
                 t = _LEAST
-            s[_SIGMA + i] = t
+            s[k] = t
             if i == 3:
                 root = v
             elif i == 7:
@@ -337,14 +321,14 @@ def learn(array):
             s[_RELATED + i] = k
             i += 1
     elif work < 19:
-        axis = 0
+        r = 0
         end = 3
         if work == 18:
-            axis = 3
+            r = 3
             end = 7
-        while axis < end:
-            at = _VIEW + 12 * axis
-            if axis == 6:
+        while r < end:
+            at = _VIEW + 13 * r
+            if r == 6:
                 at = _YAW_VIEW
             t = 0
             v = 0
@@ -352,13 +336,8 @@ def learn(array):
             while i < 13:
                 u = s[_SHARE + i]
                 p = s[at]
-                if i == 12:
-                    p = 0
-                    if axis < 3:
-                        p = s[_OWN + axis]
-                    elif axis < 6:
-                        u = s[_SHARE + 13]
-                        p = s[_OWN + axis - 3]
+                if i == 12 and r // 3 != axis:  # the other axis' tilt
+                    u = 0
                 k = u >> 13
                 t += (p >> 15) * k
                 v += ((p & 0x7FFF) * k >> 4) + ((p >> 15) * (u & 0x1FFF) >> 2)
@@ -369,15 +348,15 @@ def learn(array):
             elif t < -2097151:
                 t = -2097151
             t = (t << 4) + (v >> 7)
-            k = axis % 3
-            u = axis // 3
+            k = r % 3
+            u = r // 3
             if k == 1:
                 s[_VX + u] -= t
             elif k == 2:
                 s[_PX + u] -= t
             else:
                 s[_CHANGE + u] = t
-            axis += 1
+            r += 1
     elif work == 19:
         i = 0
         while i < 12:
@@ -412,13 +391,3 @@ def learn(array):
         if work == 23:
             spread(array)
             s[_WORK] = 0
-
-
-@micropython.viper
-def clear(array):
-    """No error has shown yet; yaw remembers."""
-    s = ptr32(array)
-    i = _VIEW
-    while i < _EXPLAINED:
-        s[i] = 0
-        i += 1

@@ -12,7 +12,6 @@ import micropython
 from micropython import const
 
 from attitude.fixed.attitude.errors import spread
-from attitude.fixed.attitude.learn import clear
 from attitude.fixed.intmath import hypot, isqrt
 
 _N = const(33)
@@ -30,40 +29,40 @@ _TOP = const(64)
 _TOP_K = const(65)
 _SHAKE_K = const(68)
 _LOOK = const(70)
-_VX = const(169)
-_PX = const(171)
-_K = const(173)
-_K_SHIFT = const(174)
-_K_HALF = const(175)
-_MOST_G = const(176)
-_OVER = const(179)
-_STUCK = const(180)
-_AT_REST = const(160)
-_UNCERTAIN = const(161)
-_NOW = const(201)
-_AGE = const(204)
-_GAIN = const(208)
-_SQUARES = const(209)
-_LEVEL = const(212)
-_SEEN = const(213)
-_PUSHED = const(214)
-_SHAKE = const(216)
-_EVENT = const(217)
-_WORK = const(218)
-_WAIT = const(219)
-_AXIS = const(220)
-_FLAGS = const(221)
-_G = const(222)
-_TURN = const(223)
-_ROWS = const(226)
-_LAST_ROWS = const(235)
-_MID = const(241)
-_OWN = const(319)
+_VX = const(170)
+_PX = const(172)
+_K = const(174)
+_K_SHIFT = const(175)
+_K_HALF = const(176)
+_MOST_G = const(177)
+_OVER = const(180)
+_STUCK = const(181)
+_AT_REST = const(161)
+_UNCERTAIN = const(162)
+_NOW = const(202)
+_AGE = const(205)
+_GAIN = const(209)
+_SQUARES = const(210)
+_LEVEL = const(213)
+_SEEN = const(214)
+_PUSHED = const(215)
+_SHAKE = const(217)
+_EVENT = const(218)
+_WORK = const(219)
+_WAIT = const(220)
+_AXIS = const(221)
+_FLAGS = const(222)
+_G = const(223)
+_TURN = const(224)
+_ROWS = const(227)
+_LAST_ROWS = const(236)
+_MID = const(242)
+_VIEW = const(248)
 _SIGMA = const(105)
 _SPREAD = const(122)
 _TILT = const(126)
 _LOOKS = const(137)
-_EXPLAINED = const(322)
+_EXPLAINED = const(326)
 _REST_SIGMA = const(187402)  # 0.01 deg/s: how well a rest tells the bias; Q30
 _REST_TILT = const(3748040)  # 0.2 degrees: how well it has seen the tilt that it leaves
 _START_TILT = const(281120000)  # 15 degrees: how well a mean levels
@@ -179,8 +178,11 @@ def pace(array):
                 m = s[_VX + i]
                 s[_VX + i] = (m >> 15) * k + ((m & 0x7FFF) * k >> 15)
                 i += 1
-        if event & 55:
-            clear(array)
+        if event & 55:  # what has shown so far belongs to what is over
+            i = _VIEW
+            while i < _EXPLAINED:
+                s[i] = 0
+                i += 1
         if event & 74 and s[_AT_REST] == 0:  # a tilt is unknown from now on
             m = _REST_TILT
             if event & 8:
@@ -195,9 +197,14 @@ def pace(array):
             s[_SIGMA + 12] = m
             s[_SIGMA + 13] = m
             s[_TILT] = (m >> 15) * 46341 >> 15
-            s[_OWN] = 1048576
-            s[_OWN + 1] = 0
-            s[_OWN + 2] = 0
+            t = 1048576
+            i = _VIEW + 12
+            while i < _EXPLAINED:
+                s[i] = t
+                t = 0
+                i += 13
+                if i == _VIEW + 51:
+                    t = 1048576
         s[_FLAGS] = 0 if gain and event & 32 == 0 else 8
         s[_WORK] = 31
         return
@@ -232,7 +239,12 @@ def pace(array):
             k = 10
         t = (t >> k) * s[_SPAN] // n
         if t < 524288:
-            m = s[_OWN] if s[_OWN] >= 0 else 0 - s[_OWN]
+            i = s[_VIEW + 51]  # the larger one
+            m = s[_VIEW + 12]
+            i = i if i >= 0 else 0 - i
+            m = m if m >= 0 else 0 - m
+            if m < i:
+                m = i
             m = (t << k) + 3 * ((m >> 5) * s[_TILT] >> 6)
         i = 0
         while i < 2:

@@ -9,9 +9,8 @@ sums are not divided, so that the bias keeps a resolution of 1e-5 deg/s.
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude.learn import learn, view
+from attitude.fixed.attitude.learn import work
 from attitude.fixed.attitude.level import level, turn, without_yaw
-from attitude.fixed.attitude.pace import pace
 
 _ONE = const(32)
 _N = const(33)
@@ -41,35 +40,35 @@ _X = const(77)
 _Y = const(78)
 _Z = const(79)
 _BIAS = const(81)
-_LEFT = const(177)
-_COUNT = const(178)
+_LEFT = const(178)
+_COUNT = const(179)
 _BEGIN = const(80)
-_SUM = const(181)
-_FORCE = const(157)
-_AT_REST = const(160)
-_MEAN = const(187)
-_FIRST = const(193)
+_SUM = const(182)
+_FORCE = const(158)
+_AT_REST = const(161)
+_MEAN = const(188)
+_FIRST = const(194)
 _BEFORE = const(96)
 _NEXT = const(99)
-_KEPT = const(196)
-_UP = const(197)
-_UP_SAMPLES = const(200)
-_NOW = const(201)
-_AGE = const(204)
-_STILL = const(205)
-_STEADY = const(206)
-_RESTED = const(207)
+_KEPT = const(197)
+_UP = const(198)
+_UP_SAMPLES = const(201)
+_NOW = const(202)
+_AGE = const(205)
+_STILL = const(206)
+_STEADY = const(207)
+_RESTED = const(208)
 _SINCE = const(102)
 _LEARNED = const(103)
 _MOVED = const(104)
-_EVENT = const(217)
+_EVENT = const(218)
 _YAW_VIEW = const(139)
 _YAW_NOISE = const(138)
-_WORK = const(218)
-_TURN = const(223)
-_SEEN = const(213)
+_WORK = const(219)
+_TURN = const(224)
+_SEEN = const(214)
 _SIGMA = const(105)
-_ROWS = const(226)
+_ROWS = const(227)
 _WILD = const(42598)  # 1.3 rad, Q15
 
 
@@ -80,12 +79,7 @@ def slow(array):
     n = s[_N]
     begin = s[_BEGIN]
     while s[_WORK]:  # a short block
-        if s[_WORK] > 29:
-            pace(array)
-        elif s[_WORK] < 14:
-            view(array)
-        else:
-            learn(array)
+        work(array)
 
     # as if it had had n samples, whatever the period; one at the beginning
     samples = s[_COUNT]

@@ -21,8 +21,7 @@ The tests run it under the checked viper with inputs made to break these.
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude.learn import learn, view
-from attitude.fixed.attitude.pace import pace
+from attitude.fixed.attitude.learn import work
 from attitude.fixed.attitude.slow import slow
 
 _GYRO_SHIFT = const(24)
@@ -40,29 +39,29 @@ _W = const(76)
 _X = const(77)
 _Y = const(78)
 _Z = const(79)
-_TRIM = const(162)
-_LAST = const(163)
+_TRIM = const(163)
+_LAST = const(164)
 _BIAS = const(81)
-_FRACTION = const(166)
-_VX = const(169)
-_VY = const(170)
-_PX = const(171)
-_PY = const(172)
-_K = const(173)
-_K_SHIFT = const(174)
-_K_HALF = const(175)
-_LEFT = const(177)
-_COUNT = const(178)
-_OVER = const(179)
-_STUCK = const(180)
-_MOST_G = const(176)
+_FRACTION = const(167)
+_VX = const(170)
+_VY = const(171)
+_PX = const(172)
+_PY = const(173)
+_K = const(174)
+_K_SHIFT = const(175)
+_K_HALF = const(176)
+_LEFT = const(178)
+_COUNT = const(179)
+_OVER = const(180)
+_STUCK = const(181)
+_MOST_G = const(177)
 _USED = const(84)
-_WORK = const(218)
-_SUM = const(181)
-_ROLL = const(151)
-_YAW = const(153)
-_RATES = const(154)
-_FORCE = const(157)
+_WORK = const(219)
+_SUM = const(182)
+_ROLL = const(152)
+_YAW = const(154)
+_RATES = const(155)
+_FORCE = const(158)
 
 
 @micropython.viper
@@ -276,12 +275,7 @@ def step(self, counts: ptr16):
     if t <= 0:
         slow(self._s)
     elif s[_WORK]:  # the other samples of a block share its work
-        if s[_WORK] > 29:
-            pace(self._s)
-        elif s[_WORK] < 14:
-            view(self._s)
-        else:
-            learn(self._s)
+        work(self._s)
 
     # rotation matrix, Q15, its last row in (i, j, k), and how far |q| is off
     wh = (s[_W] + 16384) >> 15

@@ -20,12 +20,12 @@ _W = const(76)
 _X = const(77)
 _Y = const(78)
 _Z = const(79)
-_TRIM = const(162)
-_LAST = const(163)
+_TRIM = const(163)
+_LAST = const(164)
 _BIAS = const(81)
-_ROLL = const(151)
+_ROLL = const(152)
 _USED = const(84)
-_YAW = const(153)
+_YAW = const(154)
 _STEPS = const(128)  # at most: a second at 2000 deg/s, 16 degrees each
 
 
