@@ -37,7 +37,7 @@ class Stats(dict):
     _GROUPS = ("period", "jitter", "late", "step", "output", "telemetry")
 
     def __repr__(self):
-        lines = {}
+        lines: dict = {}
         for name in sorted(self):
             group = name.split("_")[0]
             group = group if group in self._GROUPS else ""

@@ -126,7 +126,8 @@ class Stream:
         self._header = b""
         self._number = self._next = self._chunks = 0
         self._ring = None
-        self._until = self._told = self._starts = 0
+        self._until = self._told = time.ticks_ms()
+        self._starts = 0
         self._row = {}
         self._offered = {}
         self.on = False

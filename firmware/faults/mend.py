@@ -49,7 +49,7 @@ class Mend:
         self._doing = _WELL
         self._acted = 0  # IN_ROW when something was done last
         self._row = 0
-        self._wait_ms = 0
+        self._wait_ms = None
 
     @property
     def well(self):
@@ -109,7 +109,7 @@ class Mend:
         self._doing = doing
         self._imu.rewind()
         self._row = 0
-        self._wait_ms = 0
+        self._wait_ms = None
         if doing >= _REPAIR:  # its bursts mean nothing until it has settled
             words[_UNUSED_US] = _NOT_YET_US
             words[_ODD] = 1
@@ -166,7 +166,7 @@ class Mend:
 
     def _reset(self):
         now = time.ticks_ms()
-        if self._wait_ms and time.ticks_diff(now, self._wait_ms) < 0:
+        if self._wait_ms is not None and time.ticks_diff(now, self._wait_ms) < 0:
             return
         self._wait_ms = time.ticks_add(now, _RESET_MS)
         if self._doing == _RESET:

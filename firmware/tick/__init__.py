@@ -50,6 +50,7 @@ _TOOK = const(9)
 _EST_UNCERTAIN = const(12)
 _EST_YAW = const(4)
 _EST_TURNS = const(15)
+_EST_DOUBT = const(16)
 
 # causes that are places in firmware.faults.policy's table, and two that are no fault
 _NACK = const(1)
@@ -178,7 +179,7 @@ class Tick:
             est=self.est,
             begun=words.begun,
         ):
-            more = begun(own, lock, dt_us)
+            more = begun(own, lock, dt_us, est)
             if more >= _LONG_WAY:
                 fresh = tick._odd(dt_us, now)
             else:
@@ -310,15 +311,9 @@ class Tick:
             words[_AGE_US] = words[_IN_ROW] = 0
             if gap_us > late_us:
                 tick.gap.closed(use[2], gap_us)
+            # what closed() has found out since the tick began
+            tick.est[_EST_DOUBT] = words[_YAW_LOST] << 1 | (1 if words[_UNSURE_US] else 0)
             estimate.publish(tick.est, use[1], memory, now)
-            if words[_YAW_LOST]:
-                tick.est[_EST_UNCERTAIN] |= 2
-                words[_ODD] = 1
-            if words[_UNSURE_US]:
-                tick.est[_EST_UNCERTAIN] |= 1
-                words[_ODD] = 1
-                left = words[_UNSURE_US] - dt_us
-                words[_UNSURE_US] = left if left > 0 else 0
             return 1
 
         return odd

@@ -12,7 +12,7 @@ from array import array
 import micropython
 from micropython import const
 
-# places; 2 to 12 are the filter's `out`, in its order
+# places; 2 to 11 are the filter's `out`, in its order
 _SEQ = const(0)
 _T_US = const(1)  # ticks_us of the tick
 _YAW = const(4)
@@ -23,18 +23,19 @@ _TEMP = const(13)  # the sensor's raw temperature
 _AGE_US = const(14)  # since the last good sample, at the tick; 0: this tick's
 _TURNS = const(15)  # of the yaw, whole ones
 _WORDS = const(16)
+_DOUBT = const(16)  # the tick's own: what UNCERTAIN becomes with the next good sample
 _HALF = const(180000)
 
 
 def words():
     """A new estimate, all zero."""
-    return array("i", [0] * _WORDS)
+    return array("i", [0] * (_WORDS + 1))
 
 
 @micropython.viper
 def publish(est: ptr32, out: ptr32, memory: ptr16, now: int):
     """A tick at `now` with a good sample: the filter's `out`, and the temperature of the last
-    good burst in firmware.tick.judge's memory."""
+    good burst in firmware.tick.judge's memory. What it is not sure of, words.begun() has said."""
     seq = est[_SEQ] + 1
     est[_SEQ] = seq
     est[_T_US] = now
@@ -54,7 +55,7 @@ def publish(est: ptr32, out: ptr32, memory: ptr16, now: int):
     est[9] = out[7]
     est[10] = out[8]
     est[11] = out[9]
-    est[_UNCERTAIN] = out[10]
+    est[_UNCERTAIN] = est[_DOUBT]
     est[_TEMP] = (int(memory[3]) ^ 0x8000) - 0x8000
     est[_AGE_US] = 0
     est[_SEQ] = seq + 1

@@ -43,11 +43,15 @@ import micropython
 from micropython import const
 
 _ODD = const(0)
+_AGE_US = const(3)
 _DUE = const(12)
-_OUTPUTS = const(19)
 _LATE_US = const(13)
+_UNSURE_US = const(16)
+_YAW_LOST = const(17)
+_OUTPUTS = const(19)
 _COUNT = const(30)
 _CAUSES = const(16)
+_EST_DOUBT = const(16)  # firmware.tick.estimate's
 
 
 def make():
@@ -58,10 +62,22 @@ def make():
 
 
 @micropython.viper
-def begun(words: ptr32, lock: ptr32, dt_us: int) -> int:
+def begun(words: ptr32, lock: ptr32, dt_us: int, est: ptr32) -> int:
     """A tick has begun, dt_us after the last one; what there is besides a burst, a filter and an
     estimate: 1 outputs, 2 the foreground is due, 4 the long way. lock: firmware.bus's words.
+
+    Doubt about the tilt shrinks with the time that good samples cover, not in an outage.
     """
+    more = words[_YAW_LOST] << 1
+    due = words[_UNSURE_US]
+    if due:
+        more |= 1
+        if not words[_AGE_US]:
+            due -= dt_us
+            if due < 0:
+                due = 0
+            words[_UNSURE_US] = due
+    est[_EST_DOUBT] = more
     more = words[_OUTPUTS]
     due = words[_DUE] - 1
     words[_DUE] = due

@@ -53,7 +53,7 @@ CASES = {
 @pytest.fixture(scope="module")
 def rows():
     """Motion from the first sample on, then everything absurd; 14 bytes a row."""
-    samples, _ = recorded("21_undisturbed_fast_combined", 22, 2.8)
+    samples, _ = recorded("21_undisturbed_fast_combined", 22, 0.6)
     for kind in KINDS:
         samples = samples + adversarial(kind, EACH, seed=9)
     return array("h", [value for row in samples for value in row]).tobytes()

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from host_tests.lib.sensor_rig import Feel, rig
 from tools.calibrate import __main__ as calibrate
 from tools.calibrate.__main__ import Guide
+from tools.deploy import link
 from tools.virtual.chip import MPU6050Chip
 
 MATRIX = ((1.03, 0.02, -0.02), (-0.02, 0.97, 0.02), (0.02, -0.02, 1.03))
@@ -151,12 +152,19 @@ def test_a_large_residual_is_kept_only_on_purpose(board):
 
 
 class Line:
-    """mpremote's transport to the virtual board, or one that does as `exec_raw` says."""
+    """mpremote's transport to the virtual board, or one that does as `exec_raw` says once the
+    program before has been stopped."""
 
     def __init__(self, exec_raw):
-        self.exec_raw = exec_raw
+        self.does = exec_raw
         self.serial = self
         self.wrote = []
+
+    def enter_raw_repl(self, soft_reset):
+        pass
+
+    def exec_raw(self, text, timeout):
+        return (b"", b"") if text.endswith("feed()\n") else self.does(text, timeout)
 
     def write(self, data):
         self.wrote.append(data)
@@ -171,7 +179,7 @@ class Line:
 def _main(monkeypatch, exec_raw):
     """(exit code, what the line was told at the end) of the program with no input."""
     line = Line(exec_raw)
-    monkeypatch.setattr(calibrate, "open_board", lambda port: line)
+    monkeypatch.setattr(link, "_opened", lambda port: line)
     monkeypatch.setattr("sys.argv", ["calibrate", "--port", "x", "--seconds", "20"])
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     return calibrate.main(), line.wrote
@@ -200,8 +208,8 @@ def _traceback(*last):
 @pytest.mark.parametrize(
     "exec_raw, told",
     [
-        (_gone, "the board has gone ([Errno 5] Input/output error)\n"),
-        (_late, "the board stopped answering (timeout waiting)\n"),
+        (_gone, "x: the board is gone ([Errno 5] Input/output error)\n"),
+        (_late, "x: the board is gone (timeout waiting)\n"),
         (_traceback("OSError: [Errno 5] no answer", "Seen: this"), "no answer\nSeen: this\n"),
         (_traceback("ImportError: no module named 'firmware'"), "make deploy PORT=...\n"),
     ],

@@ -29,7 +29,7 @@ class FromCounts:
         self._gyro_lsb = lsb(GYRO_LSB_PER_DPS, gyro_dps, "gyro_dps")
         self._accel_lsb = lsb(ACCEL_LSB_PER_G, accel_g, "accel_g")
         self._nominal16 = self._period16 = int(16e6 / rate_hz + 0.5)
-        self.out = array("i", [0] * 11)
+        self.out = array("i", [0] * 10)
         self.angles_mdeg = memoryview(self.out)[0:3]
         self.rates_mdps = memoryview(self.out)[3:6]
         self._settings = settings

@@ -45,7 +45,6 @@ class FloatAttitude(FromCounts):
         core = self.cores[0]
         self._tell((core.roll_deg, core.pitch_deg, core.yaw_deg), core.rates_dps())
         self.out[9] = core.at_rest
-        self.out[10] = core.uncertain
 
     @property
     def at_rest(self):

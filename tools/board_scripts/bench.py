@@ -11,7 +11,6 @@ import micropython
 from micropython import const
 
 _DUE = const(12)  # ticks until the foreground is wanted, a place of firmware.tick.words
-_UNSURE_US = const(16)
 _PAST_START = const(720)  # samples in which each block levels: 2.8 s at 250 Hz
 
 _laps = array("i", [0] * 50)
@@ -231,7 +230,6 @@ def app_steps(app):
             app.filter.step(app.imu.counts)
         tick.after = without
         tick.words[_DUE] = 1 << 20
-        tick.words[_UNSURE_US] = 0  # as when the bias is known: else each tick counts it down
         tick.timing.start(2000, True, time.ticks_us())  # stopped, begin() would do nothing
         if burst == "split":
 

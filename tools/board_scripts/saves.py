@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # Runs on the board and on MicroPython's unix port (see host_tests/board/test_power_cut.py): saves
-# numbered settings and calibrations with the firmware's own code, and tells which one is stored.
-# Number 0 is what holds when nothing is stored.
+# numbered settings, calibrations and a short file with the firmware's own code, and tells which one
+# is stored. Number 0 is what holds when nothing is stored.
 
+from firmware import store
 from firmware.config import Config
 
 
@@ -15,10 +16,7 @@ def _config(n):
 
 
 def _calibration(n):
-    """All fields in use, in numbers that are exact in every float; more than 512 bytes of text.
-
-    So much does littlefs keep within a directory here; more gets a block of its own.
-    """
+    """All fields in use, in numbers that are exact in every float."""
     from calibration import Calibration
 
     if not n:
@@ -42,6 +40,8 @@ def save(kind, n):
     """Save number n."""
     if kind == "config":
         _config(n).save()
+    elif kind == "short":
+        store.save("short.txt", kind, 1, {"n": n})
     else:
         from firmware import calibration as keeping
 
@@ -55,6 +55,10 @@ def loaded(kind):
         warnings = config.load()
         n = config.rate_hz - 100 if config.rate_hz != 250 else 0
         same = config._values == _config(n)._values
+    elif kind == "short":
+        values, warnings = store.load("short.txt", kind, 1)
+        n = values["n"] if values else 0
+        same = True
     else:
         from firmware import calibration as keeping
 

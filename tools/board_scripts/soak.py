@@ -33,7 +33,8 @@ def later(now: int, step: int) -> int:
 def run():
     counts = array("h", [0] * 7)
     estimate = Attitude(RATE_HZ, lag_s=0.0)
-    memory = guard.memory(65000, 65000)
+    memory = guard.memory()
+    guard.allow(memory, 65000)
     timing = Timing()
     now = later(0, -5000000)
     timing.start(STEP_US, True, now)

@@ -14,9 +14,8 @@ import datetime
 import math
 import sys
 
-from mpremote.transport import TransportError
 
-from tools.deploy import DeployError, open_board
+from tools.deploy.link import DeployError, Gone, Link, Raised
 
 _INTRO = """Lay the sensor as each line says, take your hand off it, press Enter. Side +x is where
 its x arrow points. Ctrl-C stops, and nothing is stored."""
@@ -131,37 +130,26 @@ def _plain(traceback):
 
 def calibrate(args):
     """The whole calibration of the board at args.port; what was stored. Refused, DeployError."""
-    board = open_board(args.port)  # by a soft reset: main.py, and with it the app, no longer runs
+    with Link(args.port) as board:
+        board.stop()  # by a soft reset: main.py, and with it the app, no longer runs
 
-    def run(code):
-        printed, error = board.exec_raw(code, timeout=10 + 5 * args.seconds)
-        if error:
-            raise Refused(_plain(error.decode()))
-        return printed.decode()
+        def run(code):
+            try:
+                return board.run(code, 10 + 5 * args.seconds)
+            except Raised as error:
+                raise Refused(_plain(error.traceback)) from error
 
-    try:
-        guide = Guide(run, seconds=args.seconds, faces=args.poses is None)
-        print(_INTRO)
-        guide.poses(args.poses or 6)
-        if args.mounting or args.slope > 1:
-            guide.mounting(args.slope)
-        return guide.save(datetime.date.today().isoformat())
-    except TransportError as error:
-        raise Refused(f"the board stopped answering ({error})") from error
-    except OSError as error:
-        raise Refused(f"the board has gone ({error})") from error
-    finally:
-        _leave(board)
-
-
-def _leave(board):
-    """Leave the friendly REPL, with nothing running; of a board that has gone, nothing."""
-    try:
-        board.serial.write(b"\x03")  # a measurement may be under way
-        board.exit_raw_repl()
-        board.close()
-    except OSError:
-        pass
+        try:
+            guide = Guide(run, seconds=args.seconds, faces=args.poses is None)
+            print(_INTRO)
+            guide.poses(args.poses or 6)
+            if args.mounting or args.slope > 1:
+                guide.mounting(args.slope)
+            return guide.save(datetime.date.today().isoformat())
+        except Gone as error:
+            raise Refused(str(error)) from error
+        finally:
+            board.leave()
 
 
 def _at_least(low, kind=int):

@@ -34,6 +34,14 @@ class Gone(DeployError):
     """The board stopped answering."""
 
 
+class Raised(DeployError):
+    """What ran on the board raised; its last line, and the whole `traceback`."""
+
+    def __init__(self, traceback):
+        super().__init__(traceback.strip().splitlines()[-1])
+        self.traceback = traceback
+
+
 def example():
     """A port's name as this operating system writes it."""
     return EXAMPLES.get(sys.platform, EXAMPLES["linux"])
@@ -83,15 +91,22 @@ class Link:
         with contextlib.redirect_stdout(io.StringIO()):  # mpremote prints what it cannot read
             self._transport.enter_raw_repl(soft_reset)
 
-    def run(self, source):
-        """What `source` prints. DeployError with the board's exception; Gone."""
+    def run(self, source, answer_s=ANSWER_S):
+        """What `source` prints. Raised with the board's exception; Gone where it says nothing for
+        answer_s."""
         try:
-            printed, error = self._transport.exec_raw(source, ANSWER_S)
+            printed, error = self._transport.exec_raw(source, answer_s)
         except (TransportError, OSError) as failure:
             raise Gone(f"{self.port}: the board is gone ({failure})") from failure
         if error:
-            raise DeployError(error.decode(errors="replace").strip().splitlines()[-1])
+            raise Raised(error.decode(errors="replace"))
         return printed.decode()
+
+    def leave(self):
+        """End at the friendly REPL, with nothing running; of a board that has gone, nothing."""
+        with contextlib.suppress(OSError, TransportError):
+            self._transport.serial.write(b"\x03")
+            self._transport.exit_raw_repl()
 
     def ask(self, expression):
         """The value of an expression on the board."""

@@ -28,18 +28,17 @@ _STEP = const(25)  # the period by the nominal one, Q15
 _RATE = const(26)  # rate to millidegrees per second: times RATE / 2^15 >> RATE_SHIFT
 _RATE_SHIFT = const(27)
 
-_OUT = const(11)  # words of the results
+_OUT = const(10)  # words of the results
 
 
 class Fixed:
     """A filter of raw counts at a fixed rate.
 
-    out: a live array 'i' of eleven, ready when update() returns: [0:3] roll, pitch, yaw in
+    out: a live array 'i' of ten, ready when update() returns: [0:3] roll, pitch, yaw in
     millidegrees; [3:6] rates in the robot's frame in millidegrees per second, calibrated, less
     the learned bias; [6:9] calibrated accelerometer in the robot's frame in counts of the
-    sensor's scale; [9] 1 at rest; [10] 1 while the tilt is not known well enough to be claimed.
-    angles_mdeg, rates_mdps: the first two as arrays of their own. They allocate nothing and cost
-    a tenth of a property.
+    sensor's scale; [9] 1 at rest. angles_mdeg, rates_mdps: the first two as arrays of their own.
+    They allocate nothing and cost a tenth of a property.
 
     step(counts): one sample, counts as the sensor gives them, ax ay az temp gx gy gz (int16), at
     the filter's own period: for an interrupt. update(counts, dt_us=0): the same for all others;

@@ -30,12 +30,12 @@ _PITCH_MEASURED = const(41)
 _OUT = const(42)
 _RATES = const(45)
 _FORCE = const(48)
-_LEFT = const(53)  # the place in the gain table: samples left in this row
-_ROW = const(54)
-_K0 = const(55)  # gains times 2^(30 + shift), and their change per sample
-_K1 = const(56)
-_D0 = const(57)
-_D1 = const(58)
+_LEFT = const(52)  # the place in the gain table: samples left in this row
+_ROW = const(53)
+_K0 = const(54)  # gains times 2^(30 + shift), and their change per sample
+_K1 = const(55)
+_D0 = const(56)
+_D1 = const(57)
 
 
 @micropython.viper

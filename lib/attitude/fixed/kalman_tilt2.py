@@ -26,10 +26,10 @@ _PITCH_BIAS = const(38)
 _YAW_BIAS = const(39)  # as taken over from another filter: not learned here
 _OUT = const(42)
 _RATES = const(45)
-_LEFT = const(53)  # the place in the gain table: samples left in this row
-_ROW = const(54)
-_TABLE = const(59)
-_SIZE = const(179)  # 33 knots at most are 2 + 3 * 33 numbers; some to spare
+_LEFT = const(52)  # the place in the gain table: samples left in this row
+_ROW = const(53)
+_TABLE = const(58)
+_SIZE = const(178)  # 33 knots at most are 2 + 3 * 33 numbers; some to spare
 # in `pending` after the coefficients, the place and the table: 1 all coefficients are new, and
 # times 2 how many numbers of place and table are
 _FRESH = const(159)
