@@ -54,7 +54,7 @@ class Attitude(Orientation):
         self.lag_s = lag_s
         # coefficients
         self._block_n = n = max(1, int(rate_hz * _BLOCK_S + 1e-6))
-        self._told_n = 9 + max(1, (n - 1) // 6)  # samples from a look on, in the integer twin
+        self._told_n = 11 + max(1, (n - 1) // 6)  # samples from a look on, in the integer twin
         self._gyro_stop_dps = gyro_range_dps * _STOP
         self._accel_stop_g = accel_range_g * _STOP
         # state

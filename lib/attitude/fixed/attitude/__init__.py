@@ -122,7 +122,7 @@ place    name        format and meaning                                         
 215-216  PUSHED      speed that passed for acceleration, g blocks Q8                          pace
 217      SHAKE       mean square of the position, g^2 Q30                                     pace
 218      EVENT       what has happened: bits, see pace                           slow, pace, stand
-219      WORK        what a tick has to do: 30, 31 pace, 1-23 learn              slow, pace, learn
+219      WORK        what a tick has to do: 30, 31 pace, 1-25 learn              slow, pace, learn
 220      WAIT        until the next look                                                      pace
 221      AXIS        to look at                                                               pace
 222      FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed, 16 look  pace

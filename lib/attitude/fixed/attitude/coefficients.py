@@ -79,7 +79,7 @@ def set_up(
     young = max(1, int(YOUNG_S / span + 0.99))
     mg, mg_shift = mantissa(32768.0 * 4096.0 / (n * lsb_per_g))
     look = max(1, int(LOOK_S / span + 0.49999))
-    ticks = max(1, (n - 1) // 6)  # of a block, for the view; two pace, ten learn
+    ticks = max(1, (n - 1) // 6)  # of a block, for the view; two pace, twelve learn
     most = radians(min(most_dps, 2000.0))
     coefficients = (
         n,

@@ -11,10 +11,10 @@ that are unknown, of which a look sees one. WORK says what is next:
             that all of them and the noise fit: Q(20 - SCALED), their sum below 2^14
     15      what is seen by its sigma (NU), and of each error (TOLD); what passes for noise
     16      the change of each error, Q28 in SHARE, and its sigma afterwards
-    17, 18  what the changes add up to in attitude and loop
-    19      the biases and the matrix
-    20      turn
-    21-23   a row each of the coefficients
+    17-20   what the changes add up to in attitude and loop
+    21      the biases and the matrix
+    22      turn
+    23-25   a row each of the coefficients
 
 A view is clamped to 2^28; the filter behind it, with a step of a quarter at most, makes no more
 than its double. A change is below 2^26, so that a product is below 2^27, a sum 2^31.
@@ -154,7 +154,7 @@ def work(array):
             if i < 3:
                 # what an old bias has done to the yaw, when its view forgets it
                 k = (s[_YAW_VIEW + i] >> 15) * (u >> 15)  # rad Q20
-                k = (k if k >= 0 else 0 - k) >> 5
+                k = (k ^ k >> 31) >> 5
                 if k > 8000:
                     k = 8000
                 k = s[_YAW_NOISE] + (k * k >> 12) * (32768 - s[_KEEPS]) * s[_LOOK]
@@ -175,7 +175,7 @@ def work(array):
             elif t < -33554431:
                 t = -33554431
             s[_SHARE + i] = t
-            sum += t if t >= 0 else 0 - t
+            sum += t ^ t >> 31
             i += 1
 
         # what no error has explained so far, and accelerations, g^2 Q30
@@ -256,7 +256,7 @@ def work(array):
         else:
             sum <<= k
         s[_EXPLAINED + axis] = sum
-        p = (p if p >= 0 else 0 - p) >> 9
+        p = (p ^ p >> 31) >> 9
         if p > 16384:
             p = 16384
         t = p * p - sum
@@ -320,11 +320,10 @@ def work(array):
                 k = -_MOST_RELATED
             s[_RELATED + i] = k
             i += 1
-    elif work < 19:
-        r = 0
-        end = 3
-        if work == 18:
-            r = 3
+    elif work < 21:
+        r = work - 17 << 1
+        end = r + 2
+        if work == 20:
             end = 7
         while r < end:
             at = _VIEW + 13 * r
@@ -357,7 +356,7 @@ def work(array):
             else:
                 s[_CHANGE + u] = t
             r += 1
-    elif work == 19:
+    elif work == 21:
         i = 0
         while i < 12:
             t = s[_SHARE + i]
@@ -383,11 +382,11 @@ def work(array):
                 v = 0 - t
             s[_BIAS + k] = v
             i += 1
-    elif work == 20:
+    elif work == 22:
         t = s[_CHANGE + 1] << 3
         turn(array, 268435456, t, 0 - (s[_CHANGE] << 3), 0 - (s[_CHANGE + 2] << 3))
     else:
-        use(array, work - 21)
-        if work == 23:
+        use(array, work - 23)
+        if work == 25:
             spread(array)
             s[_WORK] = 0

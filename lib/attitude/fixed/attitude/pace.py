@@ -116,8 +116,10 @@ def pace(array):
         # level acceleration of late
         t = s[_LEVEL]
         if event & 32 == 0:
-            x = s[_NOW] if s[_NOW] >= 0 else 0 - s[_NOW]
-            y = s[_NOW + 1] if s[_NOW + 1] >= 0 else 0 - s[_NOW + 1]
+            x = s[_NOW]
+            x ^= x >> 31
+            y = s[_NOW + 1]
+            y ^= y >> 31
             if x > 65000:
                 x = 65000
             if y > 65000:
@@ -211,8 +213,10 @@ def pace(array):
 
     # how far: what the gyro does not explain is an acceleration, unless it makes too much speed
     flags = s[_FLAGS]
-    x = s[_PX] if s[_PX] >= 0 else 0 - s[_PX]
-    y = s[_PX + 1] if s[_PX + 1] >= 0 else 0 - s[_PX + 1]
+    x = s[_PX]
+    x ^= x >> 31
+    y = s[_PX + 1]
+    y ^= y >> 31
     t = s[_MOST_G]
     if x > t:
         flags |= 1
@@ -241,8 +245,8 @@ def pace(array):
         if t < 524288:
             i = s[_VIEW + 51]  # the larger one
             m = s[_VIEW + 12]
-            i = i if i >= 0 else 0 - i
-            m = m if m >= 0 else 0 - m
+            i ^= i >> 31
+            m ^= m >> 31
             if m < i:
                 m = i
             m = (t << k) + 3 * ((m >> 5) * s[_TILT] >> 6)
@@ -254,7 +258,7 @@ def pace(array):
             else:
                 k -= k * s[_TOP_K] + 16384 >> 15
             s[_PUSHED + i] = k
-            k = k if k >= 0 else 0 - k
+            k ^= k >> 31
             k >>= 2
             if k > 16383:
                 k = 16383
@@ -294,7 +298,7 @@ def pace(array):
     i = 0
     while i < 3:
         t = s[_TURN + i]
-        t = t if t >= 0 else 0 - t
+        t ^= t >> 31
         if t < 4096:
             t = (t * t >> 4) * s[_PER_SPAN2] >> 8
         else:
