@@ -9,8 +9,8 @@ from tools import bench
 BARS_US = {
     "fixed.kalman2.step": 22,
     "fixed.kalman2.update": 32,
-    "fixed.attitude.step": 61,
-    "fixed.attitude.update": 71,
+    "fixed.attitude.step": 67,
+    "fixed.attitude.update": 77,
     "step.kalman2": 520,
     "step.attitude": 590,
     "split.kalman2": 80,

@@ -146,6 +146,22 @@ def load_float_attitude():
     return Attitude
 
 
+def float_rows():
+    """The float filters."""
+    kalman = imported("attitude.KalmanTilt", load_float_kalman)()
+    row("float.kalman.update", lambda _: kalman.update(4.2, 3.5, 0.004))
+    filt = imported("attitude.Attitude", load_float_attitude)(250)
+    sample = (3.5, -2.0, 1.0, -0.1, 0.05, 1.0, 0.004)
+    row("float.attitude.update", lambda _: filt.update(*sample), n=10)
+
+
+def forget(before):
+    """What has been loaded since goes: a program loads the filters that it uses."""
+    for name in [name for name in sys.modules if name not in before]:
+        del sys.modules[name]
+    gc.collect()
+
+
 class Skewed:
     """A calibration that uses all it can: biases, scale and cross-axis, mounted at an angle."""
 
@@ -161,19 +177,18 @@ def main():
 
     from firmware import board
 
-    print("board", sys.implementation._machine.replace(" ", "_"), machine.freq() // 1000000)
-    driver = imported("mpu6050", load_driver)
-    kalman2 = imported("attitude.fixed.KalmanTilt2", load_fixed_kalman)
-    attitude = imported("attitude.fixed.Attitude", load_fixed_attitude)
-    kalman = imported("attitude.KalmanTilt", load_float_kalman)
-    float_attitude = imported("attitude.Attitude", load_float_attitude)
-
-    gc.collect()
     gc.disable()
     laps(Nothing().update, None, gc.isenabled, len(_laps))
     gc.enable()
     _empty_us = sum(_laps) / len(_laps)
     print("empty", _empty_us)
+    print("board", sys.implementation._machine.replace(" ", "_"), machine.freq() // 1000000)
+    before = list(sys.modules)
+    float_rows()
+    forget(before)
+    driver = imported("mpu6050", load_driver)
+    kalman2 = imported("attitude.fixed.KalmanTilt2", load_fixed_kalman)
+    attitude = imported("attitude.fixed.Attitude", load_fixed_attitude)
 
     imu = driver(board.find().i2c())
     row("bus.read14", lambda _, read=imu.read: read())
@@ -188,11 +203,6 @@ def main():
     row("fixed.kalman2.update", kalman2.update, counts)
     row("fixed.attitude.step", attitude.step, counts)
     row("fixed.attitude.update", attitude.update, counts)
-    kalman = kalman()
-    row("float.kalman.update", lambda _: kalman.update(4.2, 3.5, 0.004))
-    float_attitude = float_attitude(250)
-    sample = (3.5, -2.0, 1.0, -0.1, 0.05, 1.0, 0.004)
-    row("float.attitude.update", lambda _: float_attitude.update(*sample), n=10)
     row("step.kalman2", one_step(imu, kalman2))
     row("step.attitude", one_step(imu, attitude))
     imu.start()
@@ -283,5 +293,7 @@ def main_app():
     processor_left(app)
 
 
+before = list(sys.modules)
 main()
+forget(before)
 main_app()
