@@ -22,6 +22,7 @@ _SHAKEN, _SHAKEN_AT_FIRST, _SHAKEN_LOOKS = 0.02, 0.06, 80.0  # noise by the leve
 _REST_SIGMA = radians(0.01)  # how well a rest tells the bias
 _LEAST = 6e-5  # nothing is ever known better
 _RELATED = 0.98
+_BELIEVED = 0.5  # of what a look tells: others may explain it as well, and are not related here
 _WALKED, _WALKS = radians(0.05), radians(0.002)  # it is no further from the last rest's: a + b t
 
 
@@ -114,7 +115,7 @@ class GyroLearning:
         """How well the errors are known after a look that told so many sigmas of each."""
         left = []
         for part in told:
-            a = part * part  # its root to the third order, which is cautious near 1
+            a = _BELIEVED * part * part  # its root to the third order
             left.append(1.0 - a * (0.5 + a * (0.125 + a * 0.0625)))
         for n in range(3):
             a, b = SCALES[n - 2], SCALES[n - 1]

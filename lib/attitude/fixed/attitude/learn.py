@@ -285,8 +285,8 @@ def work(array):
             elif t < -67108863:
                 t = -67108863
             s[_SHARE + i] = t
-            # what is left of a sigma, Q15: a root to the third order, which is cautious near 1
-            v = v * v + 16384 >> 15
+            # what is left of a sigma, Q15: a root to the third order
+            v = v * v + 32768 >> 16
             v = 32768 - (v * (16384 + (v * (4096 + (v >> 4)) >> 15)) + 16384 >> 15)
             t = (u >> 15) * v + ((u & 0x7FFF) * v >> 15)
             if t < _LEAST and u >= _LEAST:
