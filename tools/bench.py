@@ -25,7 +25,7 @@ BARS_US = {
     "split.kalman2": 110,
     "split.attitude": 230,
     "app.blocking": 650,
-    "app.split": 125,
+    "app.split": 140,
     "read.angles": 12,
 }
 

@@ -16,8 +16,8 @@ BARS_US = {
     "split.kalman2": 80,
     "split.attitude": 150,
     "app.blocking": 650,
-    "app.split": 125,
-    "app.run": 165,
+    "app.split": 140,
+    "app.run": 180,
     "read.angles": 12,
 }
 NAMES = {*BARS_US, "bus.read14", "float.kalman.update", "float.attitude.update",

@@ -71,7 +71,7 @@ class GyroLearning:
         self.unknown_tilt(0.0)
 
     def unknown_tilt(self, sigma):
-        """The attitude is wrong by this sigma (rad) on each level axis, unlike any error before."""
+        """The attitude is wrong by this sigma (rad) on each level axis, as never before."""
         self.sigma[12:] = [sigma] * 2
 
     def walk(self, span_s, since_s):

@@ -184,7 +184,8 @@ class Slow:
             loop.limit_g = None
             return
         errs = self.most_sigmas * learning.rate_sigma(self._squares) + radians(self.most_dps)
-        unknown = max([abs(row[12]) for row in self.view.tilt]) * sqrt(learning.sigma[12] ** 2 + learning.sigma[13] ** 2)
+        x, y = learning.sigma[12:]
+        unknown = max([abs(row[12]) for row in self.view.tilt]) * sqrt(x * x + y * y)
         loop.limit_g = errs / self.gain + _START_SIGMAS * unknown
         if loop.watch_speed(self.up.now[0], self.up.now[1], span_s):
             self._unknown = _START_TILT

@@ -5,7 +5,7 @@ For the foreground: see attitude.bounds, attitude.gyro_learning. `state` is the 
 Places and formats: this folder's __init__.
 """
 
-from math import degrees, sqrt
+from math import degrees
 
 from micropython import const
 

@@ -305,7 +305,7 @@ def slow(array):
     h = y >> 14
     m = z >> 14
     t = 0
-    if young or k >= s[_LOST] and (z < 0 or i * i + h * h > m * m):
+    if young or (k >= s[_LOST] and (z < 0 or i * i + h * h > m * m)):
         t = int(level(array, x, y, z, s[_HALF_G] * k))
     if young == 0:
         begin = 0
