@@ -5,7 +5,7 @@ PYTHON ?= python3
 PY := .venv/bin/python
 OUT := out
 
-.PHONY: help demo test bench loop accuracy faults experiments figures machine-code image docs \
+.PHONY: help demo test bench loop accuracy starts faults experiments figures machine-code image docs \
 	scope deploy lint types clean
 
 help:  ## this list
@@ -26,6 +26,9 @@ loop: .venv/ready  ## the loop under load, on the emulated RP2040
 
 accuracy: .venv/ready  ## tilt error against optical truth; DATA=folder of recordings
 	$(PY) -m tools.accuracy $(if $(DATA),--data $(DATA)) $(ARGS)
+
+starts: .venv/ready  ## a thousand starts on a poor bus, and one at every setting of the sensor
+	$(PY) -m tools.starts $(ARGS)
 
 faults: .venv/ready  ## every kind of fault injected in motion
 	$(PY) -m tools.faults $(ARGS)

@@ -19,16 +19,15 @@ from array import array
 import micropython
 from micropython import const
 
-from firmware import filters, learning, sample, startup, wiring
-from firmware.board import find
-from firmware.bus import Bus
+from firmware import board as boards
+from firmware import bus, filters, learning, sample, startup, wiring
 from firmware.calibration import keep_learned
-from firmware.config import KNOBS, Config, checked
+from firmware.config import KNOBS, Config
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
-from firmware.stream import Stream
 from firmware.telemetry import Console, Telemetry
 from firmware.tick import Tick, estimate
+from firmware.watchdog import Feeding
 
 # places: firmware.tick.words, firmware.tick.estimate
 _ODD = const(0)
@@ -42,8 +41,10 @@ _YAW_DOUBT = const(28)
 # knobs that change the chip, and those for which the ticks begin anew as well
 CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
-ALL_OVER = CHIP + PACE + ("filter", "address")  # a stream says all anew
+PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin_int")
+ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 _UNDO = const(20)
+_CALIBRATING_S = const(900)
 
 _HELP = """app.start(), app.stop()            run in the background; end
 app.roll_deg, .pitch_deg, .yaw_deg now; app.stale, app.uncertain: whether to believe them
@@ -63,6 +64,10 @@ with app.bus: ...                  other devices on the sensor's bus"""
 class App:
     """One sensor, one filter, one loop, running.
 
+    name: of a second one, for a second sensor: its files are NAME.config.txt and
+    NAME.calibration.txt. sensor: another kind than the MPU6050, a class with its interface
+    (lib/mpu6050), such as minimu9.MinIMU9.
+
     Attributes: config, board, imu, calibration, filter, outputs, telemetry, loop, tick, bus,
     warnings (texts); for controllers angles_mdeg and rates_mdps (live, 3 each, robot's frame)
     and period_us (of the ticks, as measured).
@@ -75,37 +80,48 @@ class App:
         """The App that runs, the one started last, or None."""
         return cls._running[-1] if cls._running else None
 
-    def __init__(self, board=None, console=None):
-        self.board = board or find()
-        self.config = Config()
+    def __init__(self, board=None, console=None, name="", sensor=None):
+        self.board = board or boards.here()
+        self.kind = sensor
+        self.config = Config(name)
         self.warnings = self.config.load()
         self._believe_knobs()
         self.config.change = self.set
         self.tick = Tick()
-        self.bus = Bus()
+        self.bus = bus.of(0)
         self.telemetry = Telemetry(console or Console())
         self.period_us = 0
         self.tick_kind = "soft"
+        self.guards = []
         self.outputs = Outputs(self.tick, self)
         self.imu = self.filter = self.loop = self.calibration = self.mend = self.learning = None
         self.angles_mdeg = memoryview(self.tick.est)[2:5]
         self.rates_mdps = memoryview(self.tick.est)[5:8]
         self.foreground = Foreground(self)
         self.tick.after = self.foreground.after
-        self.stream = Stream(self)
+        self._stream = None
         self._copy = array("i", self.tick.est)
-        self._watched = False
-        self._attached = []
+        self._calm = None  # feeds the watchdog while somebody calibrates
+        self._watched = 0  # ms of the watchdog that runs
+        self._attached = {}  # type: dict  # applications by name
         self._past = []
 
     def _believe_knobs(self):
         """Knobs from the flash that do not go together never stop a start."""
         if self.config.changed():
             try:
-                startup.check(self.config)
+                self._fit()
             except ValueError as error:
                 self.warnings.append("knobs on the flash: %s; all have their defaults" % error)
                 self.config.reset()
+
+    def _fit(self):
+        """ValueError where knobs do not go together."""
+        startup.check(self.config, self.board)
+        try:
+            self.board.use(self.config)
+        except OSError:
+            pass  # nobody knows its pins: start() says it
 
     def __repr__(self):
         if not self.running:
@@ -132,7 +148,11 @@ class App:
     def _begin(self, ran):
         """Start; where it fails, a loop that ran before is said to stand still now."""
         try:
-            self._start()
+            if self._calm:
+                self._calm.__exit__()
+                self._calm = None
+            with Feeding(self):
+                self._start()
         except BaseException as error:
             if ran or isinstance(error, KeyboardInterrupt):
                 print("stopped: app.start() begins anew")
@@ -140,22 +160,22 @@ class App:
 
     def _start(self):
         self.stop()
+        self.board.check_version()
+        self.board.use(self.config)
+        startup.check(self.config, self.board)
         for other in self._running:
-            if self._same_sensor(other):
+            if other.board.i2c_id == self.board.i2c_id:
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
-        startup.check(self.config)
         self._find_sensor()
         began = learning.begin(self.imu, self.config)
         self.calibration = began.calibration
-        for text in self.warnings + began.warnings:
+        for text in self.warnings + began.warnings + self.board.warnings():
             print("warning:", text)
         self.warnings = began.warnings
         wiring.adopt_sensor(self, began.known)
         wiring.settle(self)
         wiring.wire(self, None)
-        if self.config.watchdog_ms and not self._watched:
-            self._watched = True
-            self.outputs.watch(self.board.watchdog(self.config.watchdog_ms).feed)
+        self._watch()
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
         wiring.begin(self, began.still)
@@ -172,34 +192,50 @@ class App:
             self._running.remove(self)
         if not self.running:
             return
-        self.loop.stop()
-        self.bus.forget()
-        self.outputs.safe()
         try:
-            keep_learned(self.learning.learned(), self.imu)
+            self.loop.stop()
+            self.bus.forget()
+        finally:  # also after a Ctrl-C
+            self.outputs.safe()
+        try:
+            keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm
             print("warning: what was learned of the gyro's bias is not stored:", error)
 
+    def _watch(self):
+        """Start the watchdog where a knob asks for it; it bites from now on."""
+        wanted = self.config.watchdog_ms
+        if wanted and not self._watched:
+            self._watched = wanted
+            self.outputs.watch(self.board.watchdog(wanted).feed)
+        elif wanted != self._watched:
+            print("the watchdog stays at %d ms until a reset" % self._watched)
+
     def _find_sensor(self):
         """`imu` is there and measures as the knobs say. OSError says what to check."""
+        self.board.use(self.config)
+        self.bus = bus.of(self.board.i2c_id)
         if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config)
+            self.imu = startup.sensor(self.board, self.config, self.bus, self.kind)
         else:
-            startup.again(self.imu, self.board, self.config)
+            startup.again(self.imu, self.board, self.config, self.bus)
 
     def _same_sensor(self, other):
-        return (
-            other.board.i2c_id == self.board.i2c_id
-            and other.config.address == self.config.address
-        )
+        mine, its = self.board, other.board
+        same_wires = (mine.i2c_id, mine.sda, mine.scl) == (its.i2c_id, its.sda, its.scl)
+        if mine.i2c_id == its.i2c_id and not same_wires:
+            text = "I2C%d has the pins SDA GP%d, SCL GP%d for a running App: set the knob bus"
+            raise OSError(text % (its.i2c_id, its.sda, its.scl))
+        return same_wires and other.config.address == self.config.address
 
     def paused(self, work):
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
         running = self.running
-        self.stop()
         try:
-            self._find_sensor()
-            return work(self.imu)
+            self.stop()
+            with Feeding(self):
+                self._find_sensor()
+                return work(self.imu)
         finally:
             if running:
                 self._begin(True)
@@ -209,50 +245,98 @@ class App:
     def set(self, name, value):
         """Change a knob; it takes effect at once. ValueError names what is allowed; OSError when
         the sensor does not take it; then all is as it was."""
+        self._change({name: value})
+
+    def _change(self, values):
+        """All of these knobs, or none."""
         config = self.config
         before, running = config.values(), self.running
-        config.set(name, value)
+        allowed = False
         try:
-            self._apply(name, before)
-        except BaseException:
+            for name in values:
+                config.set(name, values[name])
+            allowed = True
+            self._apply(values, before)
+            past = self._past[1 - _UNDO :] + [{name: before[name] for name in values}]
+            if self._stream:
+                for name in values:
+                    self._stream.changed(None if name in ALL_OVER else name)
+            self._past = past
+        except BaseException:  # a Ctrl-C too
             config.take(before)
-            self._take_back(name, running)
+            if allowed:
+                self._take_back(values, running)
             raise
-        self._past = self._past[1 - _UNDO :] + [(name, before[name])]
-        self.stream.changed(None if name in ALL_OVER else name)
 
-    def _take_back(self, name, running):
+    @property
+    def stream(self):
+        """The firmware.stream.Stream, loaded when somebody wants it: it takes 13 KB."""
+        if not self._stream:
+            from firmware.stream import Stream
+
+            self._stream = Stream(self)
+        return self._stream
+
+    def _take_back(self, names, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
         try:
-            if self.loop and (name in CHIP or name in PACE):
-                wiring.change(self, name in PACE)
+            if self.loop and self.imu:
+                self._put(names)
             if running and not self.running:
                 self.loop.start()
         finally:
             if running and not self.running:
                 self.outputs.safe()
 
-    def _apply(self, name, before):
+    def _apply(self, names, before):
         config = self.config
-        if self.loop is None:
-            startup.check(config)
+        for controller in self._attached.values():
+            if hasattr(controller, "check"):
+                controller.check(config)
+        moved = [name for name in names if name in PLACE or name.startswith("pin_")]
+        if moved and self._move(moved, before):
             return
-        startup.sensor_rate_hz(config)
-        if name in CHIP or name in PACE:
-            wiring.change(self, name in PACE)
-        elif name == "address":
-            self._change_sensor(before)
-        elif name == "filter":
-            if filters.is_timed(config.filter) != self.filter.timed:
-                wiring.change(self, True)
-            else:
-                wiring.renew(self, self.filter)
-        elif name in filters.SETTINGS[config.filter]:
-            wiring.prepare(self, settings=filters.settings(config, self.imu))
-        elif name.split("_")[0] in self._attached:
-            self.outputs.tune(self.period_us)
+        if self.loop is None or self.imu is None:
+            startup.check(config, self.board)
+            return
+        startup.check_pace(config, self.board)
+        self._put(names)
+
+    def _put(self, names):
+        """What these knobs say now, into all that works with it."""
+        config = self.config
+        if _any(names, PACE):
+            self.board.use(config)
+        pace = _any(names, PACE) or filters.is_timed(config.filter) != self.filter.timed
+        if pace or _any(names, CHIP):
+            wiring.change(self, pace)
         else:
+            if "filter" in names:
+                wiring.renew(self, self.filter)
+            elif _any(names, filters.SETTINGS[config.filter]):
+                wiring.prepare(self, settings=filters.settings(config, self.imu))
             wiring.settle(self)
+        if _any([name.split("_")[0] for name in names], self._attached):
+            self.outputs.tune(self.period_us)
+        if "watchdog_ms" in names:
+            self._watch()
+
+    def _move(self, names, before):
+        """Knobs of the board, or of where the sensor is: pins are looked at together when it
+        starts, since they can only be changed one by one. True where it has started anew."""
+        for name in names:
+            if name.startswith("pin_"):
+                self.board.check_pin(name, getattr(self.config, name))
+        startup.check(self.config, self.board)
+        elsewhere = [name for name in names if not name.startswith("pin_out")]
+        if not self.running:
+            if elsewhere:
+                self.imu = None
+            return False
+        self.board.use(self.config)
+        if elsewhere:
+            self._change_sensor(before)
+        return bool(elsewhere)
 
     def _change_sensor(self, before):
         running, old = self.running, self.imu
@@ -263,6 +347,7 @@ class App:
                 self._start()
         except BaseException:
             self.config.take(before)
+            self.board.use(self.config)
             old.use_bus(self.board.i2c())  # the search for the other one has used its wires
             self.imu = old
             self._begin(True)
@@ -270,31 +355,33 @@ class App:
 
     def show(self):
         """Print each knob: `*` differs from its default, `~` lets the ticks pause when changed."""
-        self.config.show(PACE + ("address",))
+        self.config.show(PACE + PLACE)
+        if self._watched:
+            self._watch()  # says where the one that runs is another
 
     def changed(self):
         """{name: value} of the knobs that differ from their defaults."""
         return self.config.changed()
 
     def undo(self):
-        """Take back the last set(); returns (name, value) as it is again, None: nothing left."""
-        if not self._past:
-            return None
-        name, value = self._past[-1]
-        past = self._past[:-1]
-        self.set(name, value)
-        self._past = past
-        return name, value
+        """Take back the last set() or defaults(); returns {name: value} as it is again."""
+        past = self._past
+        if not past:
+            return {}
+        self._change(past[-1])
+        self._past = past[:-1]
+        return past[-1]
 
     def defaults(self):
         """All knobs back to their defaults, at once; save() keeps that."""
         changed = self.config.changed()
-        for knob in KNOBS:
-            if knob.name in changed:
-                self.set(knob.name, checked(knob.name, knob.default))
+        if changed:
+            self._change({knob.name: knob.default for knob in KNOBS if knob.name in changed})
 
     def save(self):
-        """Keep the knobs on the flash, for the next start. OSError when it refuses."""
+        """Keep the knobs on the flash, for the next start. OSError when it refuses; ValueError
+        where pins do not go together: it would not start with them."""
+        self._fit()
         self.config.save()
         return "saved; %s" % (self.config.changed() or "all knobs have their defaults")
 
@@ -302,12 +389,14 @@ class App:
 
     def has(self, name):
         """Whether the application of this name runs on this app."""
-        return name in self._attached
+        controller = self._attached.get(name)
+        return controller is not None and self.outputs.has(controller.update)
 
     def attach(self, name, controller):
         """Let a controller of firmware.apps drive, and run. It has update(app), safe() and
-        tune(period_us), which is called also when one of its knobs (NAME_...) changes."""
-        self._attached.append(name)
+        tune(period_us), which is called also when one of its knobs (NAME_...) changes; where it
+        has check(config), that refuses knobs with a ValueError."""
+        self._attached[name] = controller
         self.outputs.add(controller.update, controller.safe, hard=True, tune=controller.tune)
         if not self.running:
             self.start()
@@ -329,7 +418,7 @@ class App:
         from firmware.calibrating import Calibrating
 
         def measure(imu):
-            steps = Calibrating(imu)
+            steps = Calibrating(imu, self.config.calibration_path)
             steps.here()
             return steps.save()
 
@@ -353,8 +442,14 @@ class App:
 
     # ---- what one asks
 
+    def _must_run(self):
+        if not self.running:
+            raise ValueError("the loop does not run: app.start()")
+
     def sample(self):
         """A firmware.sample.Sample: the whole estimate of one tick, and whether to believe it."""
+        if self.imu is None:
+            self._must_run()
         words = self._copy
         while not estimate.read(self.tick.est, words):
             pass
@@ -368,17 +463,21 @@ class App:
 
     def report(self):
         """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
+        self._must_run()
         from firmware.report import report
 
         return report(self)
 
     def watch(self, seconds=None):
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
+        self._must_run()
         self.tick.words[_DUE] = 0  # the foreground follows each tick from now on
         self.telemetry.watch(seconds)
 
     def samples(self):
         """`async for app in app.samples()`: wakes after each step; any number of readers."""
+        if self.loop is None:
+            self._must_run()
         return self.loop.samples(self)
 
     def self_test(self):
@@ -392,8 +491,10 @@ class App:
         from firmware.calibrating import Calibrating
 
         self.stop()
+        self._calm = Feeding(self, _CALIBRATING_S)
+        self._calm.__enter__()
         self._find_sensor()
-        return Calibrating(self.imu)
+        return Calibrating(self.imu, self.config.calibration_path)
 
     @property
     def roll_deg(self):
@@ -440,6 +541,13 @@ class App:
     def uncertain(self):
         """True while the estimate is fresh but not known well enough to be claimed."""
         return not self.stale and self.tick.est[_UNCERTAIN] != 0
+
+
+def _any(names, among):
+    for name in names:
+        if name in among:
+            return True
+    return False
 
 
 micropython.alloc_emergency_exception_buf(200)  # also where boot.py is the user's own

@@ -1,51 +1,118 @@
 # SPDX-License-Identifier: MIT
-"""Pins, bus and timers of each board: the only place that knows `machine`.
+"""Pins, bus and timers of the board: the only place that knows `machine`.
 
-The boards are rows of data. `find()` picks this board's row; everything else is made from it.
-Pin numbers are GPIO numbers. No board uses pins that strap its boot, its flash or its USB.
+What a chip has and can do is data (firmware.chips); find() picks this board's row, the knobs
+change its pins, bus and speed. Pin numbers are GPIO numbers.
 """
 
 import sys
 import time
+from errno import ENODEV
 
 import machine
 from machine import I2C, PWM, Pin, SoftI2C, Timer
 
-# What sys.implementation._machine contains (the first row that fits), then the pins.
-# name, platform, contains, I2C id, SDA, SCL, INT, servo and ESC outputs, timer ids (lead, tick)
-BOARDS = (
-    ("Pico 2", "rp2", "RP2350", 0, 4, 5, 6, (16, 17, 18, 19), (-1, -1)),
-    ("Pico W", "rp2", "Pico W", 0, 4, 5, 6, (16, 17, 18, 19), (-1, -1)),
-    ("Pico", "rp2", "RP2040", 0, 4, 5, 6, (16, 17, 18, 19), (-1, -1)),
-    ("ESP32-S3", "esp32", "ESP32S3", 0, 8, 9, 10, (4, 5, 6, 7), (0, 1)),
-    ("ESP32-C3", "esp32", "ESP32C3", 0, 6, 7, 10, (0, 1, 3, 4), (0, 1)),
-    ("ESP32", "esp32", "ESP32", 0, 21, 22, 19, (25, 26, 27, 14), (0, 1)),
-)
+from firmware import chips
 
-_BUS_HZ = 400000  # the sensor's limit
-_TIMEOUT_US = 2000  # a burst takes 400 us; the port's own 50 ms would stop the loop for 12 ticks
+# A burst takes 400 us; the port's own 50 ms would stop the loop for 12 ticks. The ESP32's driver
+# of MicroPython 1.29 waits in steps of 10 ms and makes no transfer at all in less
+_TIMEOUT_US = {"rp2": 2000, "esp32": 20000}
+_SOFT_TIMEOUT_US = 2000
+_ONE_ERROR = (1, 29)  # from here on every failure of an ESP32's bus is ENODEV
 _HALF_CLOCK_US = 5
+_VERSION = sys.implementation.version[:2]
 
 _taken = {}  # type: dict  # output pin: who drives it
+_timers = []  # type: list  # ids of the ESP32's timers that run
 
 
 class Board:
-    """One board's pins. Attributes: name, i2c_id, sda, scl, int_pin, outputs (GPIO numbers)."""
+    """Attributes: name, i2c_id, bus_hz; sda, scl, int_pin (None: nobody knows), outputs (GPIO
+    numbers); row: firmware.chips.Row; soft: the bus is bit-banged; one_error: a failed transfer
+    does not say whether the bus is stuck.
+    """
 
     def __init__(self, row):
-        self.name, self.platform, _, self.i2c_id = row[:4]
-        self.sda, self.scl, self.int_pin, self.outputs, self._timer_ids = row[4:]
-        self._timers = 0
+        self.row = row
+        self.name, self.platform = row.name, row.platform
+        self.soft = _VERSION < row.deaf_before
+        self.one_error = row.platform == "esp32" and not self.soft and _VERSION >= _ONE_ERROR
+        self.sda, self.scl, self.int_pin = row.sda, row.scl, row.int_pin
+        self.outputs = row.outputs
+        self.i2c_id, self.bus_hz = 0, 400000
+
+    def use(self, config):
+        """The pins, the bus and its speed as the knobs say, -1: the board's own.
+
+        ValueError where the chip cannot do that, OSError where neither knows a pin: both name
+        the knobs.
+        """
+        row = self.row
+        pins = [row.sda, row.scl, row.int_pin]
+        for i, knob in enumerate(_PINS):
+            pin = getattr(config, knob)
+            self.check_pin(knob, pin)
+            if pin >= 0:
+                pins[i] = pin
+        if pins[0] is None or pins[1] is None:
+            raise OSError(ENODEV, self._unknown("pin_sda and pin_scl"))
+        if pins[2] is None and config.drive == "data-ready":
+            raise OSError(ENODEV, self._unknown("pin_int"))
+        bus = chips.bus_of(row, pins[0], pins[1], config.bus)
+        outputs = []
+        for i, knob in enumerate(_OUTPUTS):
+            pin = getattr(config, knob)
+            self.check_pin(knob, pin)
+            if pin >= 0:
+                outputs.append(pin)
+            elif i < len(row.outputs):
+                outputs.append(row.outputs[i])
+        used = pins[:2] + [pin for pin in pins[2:] if pin is not None] + outputs
+        for pin in used:
+            if used.count(pin) > 1:
+                raise ValueError("GP%d is to be two things: pin_sda, pin_scl, pin_int and "
+                                 "pin_out_1 to 4 are %s" % (pin, used))  # fmt: skip
+        self.sda, self.scl, self.int_pin = pins
+        self.outputs = tuple(outputs)
+        self.i2c_id, self.bus_hz = bus, config.bus_hz
+
+    def check_pin(self, knob, pin):
+        """ValueError where this pin, which a knob gives, cannot be what the knob says."""
+        why = "" if pin < 0 else chips.reason(self.row, pin, knob.split("_")[1])
+        if why:
+            raise ValueError("%s = %d, on %s: %s" % (knob, pin, self.name, why))
+
+    def _unknown(self, knobs):
+        text = 'no pins known for "%s" (%s): set the knobs %s to what it is wired to, for '
+        text += 'instance app.set("pin_sda", 8); then app.start() and app.save()'
+        return text % (self.name, self.platform, knobs)
+
+    def check_version(self):
+        """OSError where this MicroPython is too old for this chip."""
+        least = self.row.least
+        if _VERSION < least:
+            text = "MicroPython %d.%d is too old: %s needs %d.%d or newer"
+            raise OSError(ENODEV, text % (_VERSION + (self.name,) + least))
+
+    def warnings(self):
+        """What is to be said about this board and its MicroPython, texts."""
+        if not self.soft:
+            return []
+        text = "MicroPython %d.%d waits up to a second for a stuck bus on %s: the bus is "
+        text += "bit-banged, at half its speed; %d.%d does not"
+        return [text % (_VERSION + (self.name,) + self.row.deaf_before)]
+
+    def burst_us(self, bus_hz):
+        """How long a burst of 14 bytes takes: 17 bytes of 9 bits, starts and a stop."""
+        return 156000000 // bus_hz * (2 if self.soft else 1)
 
     def i2c(self):
-        """The sensor's bus at 400 kHz."""
-        return I2C(
-            self.i2c_id,
-            scl=Pin(self.scl),
-            sda=Pin(self.sda),
-            freq=_BUS_HZ,
-            timeout=_TIMEOUT_US,
-        )
+        """The sensor's bus."""
+        scl, sda = Pin(self.scl), Pin(self.sda)
+        if self.soft:
+            return SoftI2C(scl=scl, sda=sda, freq=self.bus_hz, timeout=_SOFT_TIMEOUT_US)
+        timeout = _TIMEOUT_US[self.platform]
+        return I2C(self.i2c_id, scl=scl, sda=sda, freq=self.bus_hz, timeout=timeout)
 
     def recover(self):
         """Free a bus whose SDA a device holds low, and return a new I2C object.
@@ -72,7 +139,7 @@ class Board:
         """Whether this port calls in a hard interrupt: of a timer, or of the INT line."""
         if self.platform != "rp2":
             return False
-        return not timer or sys.implementation.version[:2] >= (1, 26)
+        return not timer or _VERSION >= (1, 26)
 
     def ticking(self, source, hard):
         """`source` (timer or data_ready) with this kind of interrupt, as source(period, call)."""
@@ -85,29 +152,20 @@ class Board:
     def timer(self, period_us, callback, hard=False):
         """Call `callback(timer)` every period in the background, the REPL alive.
 
-        hard: in the interrupt itself, where nothing of Python delays it (has_hard()).
+        hard: in the interrupt itself, where nothing of Python delays it (has_hard()). OSError
+        where no timer is left.
         """
-        timer_id = self._timer_ids[self._timers % 2]
-        self._timers += 1
-        options = {"hard": True} if hard else {}
-        return Timer(  # type: ignore[call-overload]  # the stubs forget tick_hz with a period
-            timer_id,
-            mode=Timer.PERIODIC,
-            period=period_us,
-            tick_hz=1000000,
-            callback=callback,
-            **options,
-        )
+        return _Ticks(self.row, period_us, callback, hard)
 
     def data_ready(self, _period_us, callback, hard=False):
         """Call `callback(pin)` at each rising edge of the sensor's INT line."""
         return _Edges(Pin(self.int_pin, Pin.IN), callback, hard)
 
-    def line_levels(self, pull):
+    def line_levels(self, up):
         """Levels (sda, scl) of the idle bus against a weak internal pull of the board."""
         levels = []
         for number in (self.sda, self.scl):
-            pin = Pin(number, Pin.IN, pull)
+            pin = Pin(number, Pin.IN, Pin.PULL_UP if up else Pin.PULL_DOWN)
             time.sleep_us(50)
             levels.append(pin.value())
         return levels
@@ -115,14 +173,15 @@ class Board:
     def scan(self, swapped=False):
         """Addresses that answer, bit-banged; `swapped`: as if SDA and SCL had changed places."""
         sda, scl = (self.scl, self.sda) if swapped else (self.sda, self.scl)
-        return SoftI2C(scl=Pin(scl), sda=Pin(sda), freq=100000, timeout=_TIMEOUT_US).scan()
+        return SoftI2C(scl=Pin(scl), sda=Pin(sda), freq=100000, timeout=_SOFT_TIMEOUT_US).scan()
 
     def take(self, owner, count):
         """The first `count` output pins, for `owner` (a word) alone. ValueError where another
         has one of them, or there are not so many."""
         pins = self.outputs[:count]
         if len(pins) < count:
-            raise ValueError("%s needs %d outputs, the board has %d" % (owner, count, len(pins)))
+            text = "%s needs %d outputs, the board has %d: set the knobs pin_out_1 to pin_out_%d"
+            raise ValueError(text % (owner, count, len(pins), count))
         for pin in pins:
             if _taken.get(pin, owner) != owner:
                 raise ValueError("GP%d drives %s already, not %s" % (pin, _taken[pin], owner))
@@ -146,6 +205,35 @@ class Board:
         return machine.WDT(timeout=timeout_ms)
 
 
+_PINS = ("pin_sda", "pin_scl", "pin_int")
+_OUTPUTS = ("pin_out_1", "pin_out_2", "pin_out_3", "pin_out_4")
+
+
+class _Ticks:
+    """A timer that runs, with an id of its own where the port has some."""
+
+    def __init__(self, row, period_us, callback, hard):
+        free = [number for number in row.timers if number < 0 or number not in _timers]
+        if not free:
+            raise OSError(ENODEV, "no timer left: %s has %d" % (row.name, len(row.timers)))
+        self._id = free[0]
+        _timers.append(self._id)
+        options = {"hard": True} if hard else {}
+        self._timer = Timer(  # type: ignore[call-overload]  # the stubs forget tick_hz with a period
+            self._id,
+            mode=Timer.PERIODIC,
+            period=period_us,
+            tick_hz=1000000,
+            callback=callback,
+            **options,
+        )
+
+    def deinit(self):
+        self._timer.deinit()
+        if self._id in _timers:
+            _timers.remove(self._id)
+
+
 class _Edges:
     def __init__(self, pin, callback, hard):
         self._pin = pin
@@ -156,56 +244,15 @@ class _Edges:
         self._pin.irq(handler=None)
 
 
+def here():
+    """The Board this runs on; its pins are None where nobody knows them."""
+    return Board(chips.find(sys.platform, sys.implementation._machine))
+
+
 def find(platform=None, name=None):
-    """The Board this runs on. OSError naming what was found when it is none of the rows."""
+    """The Board of this name, or this one. OSError naming the knobs when nobody knows its pins."""
     platform = platform or sys.platform
-    name = name or sys.implementation._machine
-    for row in BOARDS:
-        if row[1] == platform and row[2] in name:
-            return Board(row)
-    raise OSError("no pins known for %s (%s): add a row to firmware/board.py" % (name, platform))
-
-
-def diagnose(board, address):
-    """Why the sensor does not answer: one text that names what was seen and what to check.
-
-    Call it after the construction of the driver failed; it bit-bangs the bus, so the I2C object
-    must be made anew afterwards.
-    """
-    wires = "SDA GP%d, SCL GP%d" % (board.sda, board.scl)
-    names = ("SDA", "SCL")
-    up = board.line_levels(Pin.PULL_UP)
-    stuck = [names[i] for i in (0, 1) if not up[i]]
-    if stuck:
-        return (
-            "%s held low (%s): a device hangs in a transfer or the wire touches GND. "
-            "Check: take the sensor's power away for a moment; no short to GND"
-            % (" and ".join(stuck), wires)
-        )
-    down = board.line_levels(Pin.PULL_DOWN)
-    floating = [names[i] for i in (0, 1) if not down[i]]
-    if floating:
-        return (
-            "no pull-up on %s (%s): the line follows the board's weak pull. "
-            "Check: sensor's VCC and GND connected, the wire itself; a bare chip needs 4.7 kOhm "
-            "from each line to 3.3 V" % (" and ".join(floating), wires)
-        )
-    found = board.scan()
-    if address in found:
-        return "address 0x%02x answers now (%s): a loose contact. Check the plugs" % (
-            address,
-            wires,
-        )
-    if found:
-        return "no device at 0x%02x, found: %s (%s). Check: AD0 low is 0x68, high 0x69; %s" % (
-            address,
-            ", ".join("0x%02x" % a for a in found),
-            wires,
-            'app.set("address", ...) takes the other',
-        )
-    if board.scan(swapped=True):
-        return "SDA and SCL are swapped: the sensor answers the other way round. Check: %s" % wires
-    return (
-        "both lines are high but no device answers (%s). "
-        "Check: sensor's VCC and GND, CS/nCS high, the right pins; SCL is not on SDA" % wires
-    )
+    board = Board(chips.find(platform, name or sys.implementation._machine))
+    if board.sda is None:
+        raise OSError(ENODEV, board._unknown("pin_sda and pin_scl"))
+    return board

@@ -13,7 +13,7 @@ from calibration import IDENTITY, mounting
 from calibration.poses import Poses, with_slopes
 from calibration.rest import gyro_bias, rest
 
-from firmware.calibration import load_for, save_calibration
+from firmware.calibration import PATH, load_for, save_calibration
 
 _SLOPE_SPAN_C = 10.0  # two calibrations so far apart tell how the bias goes with temperature
 _DOUBTFUL_MG = 10.0  # half a degree from square is 9 mg
@@ -26,9 +26,10 @@ class Calibrating:
     cal: the Calibration so far; it begins with the stored one. warnings: about that, texts.
     """
 
-    def __init__(self, imu):
+    def __init__(self, imu, path=PATH):
         self._imu = imu
-        self.cal, self.warnings = load_for(imu)
+        self._path = path
+        self.cal, self.warnings = load_for(imu, path)
         self._stored = self.cal
         self._solved = False
         self._poses = Poses(imu)
@@ -102,7 +103,7 @@ class Calibrating:
         new = self.cal.but(date=date, who_am_i=self._imu.who_am_i)
         # without solve() the accelerometer's bias is still that of the stored temperature
         made = merged(self._stored, new) if self._solved else new.at(self._stored.temp_c)
-        save_calibration(made)
+        save_calibration(made, self._path)
         self.cal = self._stored = made
         sloped = any(made.accel_slope_g_per_c)
         return "saved, with biases over temperature" if sloped else "saved"

@@ -12,11 +12,11 @@ _VERSION = 1
 _WORTH_DPS = 0.05  # less is not worth a write to flash
 
 
-def load_for(imu):
+def load_for(imu, path=PATH):
     """(Calibration, warnings) of what is stored and fits this part."""
-    cal, warnings = load_calibration()
+    cal, warnings = load_calibration(path)
     if cal.who_am_i not in (None, imu.who_am_i):
-        warnings.append("%s is of another kind of sensor: only its mounting is used" % PATH)
+        warnings.append("%s is of another kind of sensor: only its mounting is used" % path)
         cal = cal.mounting()
     return cal, warnings
 
@@ -42,15 +42,15 @@ def save_calibration(cal, path=PATH):
     store.save(path, _KIND, _VERSION, {k: v for k, v in fields.items() if v not in (None, "")})
 
 
-def keep_learned(learned, imu):
+def keep_learned(learned, imu, path=PATH):
     """Store what was learned of this part's gyro, a Calibration or None, where it is another bias
     than the stored one. OSError, ValueError."""
     if not learned:
         return
-    stored, _ = load_calibration()
+    stored, _ = load_calibration(path)
     if stored.who_am_i not in (None, imu.who_am_i):  # another part's calibration is worth more
         return
     old = stored.at(learned.temp_c).gyro_bias_dps
     off = max([abs(a - b) for a, b in zip(learned.gyro_bias_dps, old)])
     if off >= _WORTH_DPS or not any(stored.gyro_bias_dps):
-        save_calibration(stored.gyro_from(learned))
+        save_calibration(stored.gyro_from(learned), path)

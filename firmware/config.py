@@ -6,7 +6,7 @@ config.txt may be edited by hand: a line that is refused is named and its defaul
 
 from collections import namedtuple
 
-from firmware import store
+from firmware import calibration, store
 
 PATH = "config.txt"
 _KIND = "config"
@@ -21,6 +21,15 @@ _ROWS = (
     ("drive", "timer", "", ("timer", "data-ready"), 0, 0, "what ticks: timer, or the INT line"),
     ("burst", "auto", "", ("auto", "split", "blocking"), 0, 0, "auto: split on the RP2 port"),
     ("address", 0x68, "", (0x68, 0x69), 0, 0, "of the sensor; AD0 high is 0x69"),
+    ("bus", -1, "", (-1, 0, 1), 0, 0, "I2C block; -1: that of the pins, or the first"),
+    ("bus_hz", 400000, "Hz", None, 10000, 400000, "clock of the bus; less for long wires"),
+    ("pin_sda", -1, "GPIO", None, -1, 63, "-1: the board's own"),
+    ("pin_scl", -1, "GPIO", None, -1, 63, "the same"),
+    ("pin_int", -1, "GPIO", None, -1, 63, "the same; of drive = data-ready"),
+    ("pin_out_1", -1, "GPIO", None, -1, 63, "the same; servos and ESCs"),
+    ("pin_out_2", -1, "GPIO", None, -1, 63, "the same"),
+    ("pin_out_3", -1, "GPIO", None, -1, 63, "the same"),
+    ("pin_out_4", -1, "GPIO", None, -1, 63, "the same"),
     ("allow_unknown", 0, "", (0, 1), 0, 0, "1: take an unknown WHO_AM_I for an MPU6050"),
     ("gyro_dps", 500, "deg/s", (250, 500, 1000, 2000), 0, 0, "range of the gyroscope"),
     ("accel_g", 8, "g", (2, 4, 8, 16), 0, 0, "range of the accelerometer"),
@@ -47,7 +56,7 @@ _ROWS = (
     ("self_test", 0, "", (0, 1), 0, 0, "1: the chip tests itself at start, at rest; 1.3 s"),
     ("telemetry_hz", 50, "Hz", None, 0, 100, "lines per second; 0 silences"),
     ("failsafe_ms", 100, "ms", None, 10, 10000, "age at which outputs go to their safe value"),
-    ("output_failures", 3, "", None, 1, 1000, "exceptions of an output in a row until it is safe"),
+    ("output_failures", 3, "", None, 1, 1000, "exceptions in a row until an output is safe"),
     ("balance_kp", 200.0, "permille/deg", None, 0.0, 1000.0, "balance: of the lean"),
     ("balance_kd", 6.0, "permille s/deg", None, 0.0, 100.0, "balance: of its rate"),
     ("balance_speed", 0.02, "deg/permille", None, 0.0, 0.2, "balance: lean against the drive"),
@@ -70,11 +79,15 @@ del _ROWS
 class Config:
     """The values by name: `config.rate_hz`. `config.rate_hz = 500` is app.set("rate_hz", 500).
 
-    change: the function of (name, value) that an assignment calls; the app's set().
+    name: of an App among several, for its files. change: the function of (name, value) that an
+    assignment calls; the app's set().
     """
 
-    def __init__(self):
+    def __init__(self, name=""):
         put = object.__setattr__  # past the one below
+        before = name + "." if name else ""
+        put(self, "path", before + PATH)
+        put(self, "calibration_path", before + calibration.PATH)
         put(self, "_values", {knob.name: knob.default for knob in KNOBS})
         put(self, "change", self.set)
 
@@ -116,8 +129,9 @@ class Config:
         for knob in KNOBS:
             self._values[knob.name] = knob.default
 
-    def load(self, path=PATH):
+    def load(self, path=None):
         """Take the stored values; returns a list of warnings. Never fails because of the file."""
+        path = path or self.path
         stored, warnings = store.load(path, _KIND, _VERSION, by_hand=True)
         for name in sorted(stored or ()):
             try:
@@ -126,9 +140,9 @@ class Config:
                 warnings.append("%s: %s; default used" % (path, error))
         return warnings
 
-    def save(self, path=PATH):
+    def save(self, path=None):
         """Write all values to flash, safely (firmware.store). OSError when the flash refuses."""
-        store.save(path, _KIND, _VERSION, self._values)
+        store.save(path or self.path, _KIND, _VERSION, self._values)
 
     def show(self, pausing=()):
         """Print each knob: value, unit, meaning, what is allowed; `*` marks one that differs from

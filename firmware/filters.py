@@ -51,7 +51,32 @@ def is_timed(name):
 
 def make(config, calibration, imu, rate_hz):
     """The filter that `config` asks for, calibrated, in its start state, for samples that come
-    rate_hz times a second."""
+    rate_hz times a second. Where there is no room for its code, that of filters used before goes.
+    """
+    try:
+        return _make(config, calibration, imu, rate_hz)
+    except MemoryError:
+        _forget()
+    return _make(config, calibration, imu, rate_hz)
+
+
+def _forget():
+    """What a filter in use needs stays by its references; the rest is loaded when it is wanted."""
+    import gc
+    import sys
+
+    import attitude
+
+    for name in list(sys.modules):
+        if name.startswith("attitude."):
+            del sys.modules[name]
+    for name in dir(attitude):
+        if name[0] != "_":  # what it has loaded from its modules, and they themselves
+            delattr(attitude, name)
+    gc.collect()
+
+
+def _make(config, calibration, imu, rate_hz):
     name = config.filter
     values = settings(config, imu)
     values["gyro_dps"] = imu.gyro_range_dps

@@ -51,6 +51,8 @@ class Foreground:
     def _after(self, _):
         words, app = self._words, self._app
         words[_WAITING] = 0
+        if not app.running:
+            return  # it waited in the queue while the loop ended: outputs are safe
         bus = app.bus
         patient, bus.patient = bus.patient, False  # a soft tick cannot run while this does
         try:
@@ -73,6 +75,9 @@ class Foreground:
         ticks = self._ticks[_TICKS]
         missed = max(0, ticks - self._seen - 1)
         self._seen = ticks
+        if app.loop.dead:
+            print("the timer of the ticks has died: another one is started")
+            wiring.revive(app)
         if self._words[_AGAIN]:
             app.outputs.mend()
         if not app.mend.well:

@@ -46,7 +46,7 @@ _SLOPE_MAX = 0.7  # deg/s per degC: twice the datasheet's (PS p. 12)
 
 def begin(imu, config):
     """A Begin: the stored calibration with the gyro's bias as it is now. OSError."""
-    cal, warnings = load_for(imu)
+    cal, warnings = load_for(imu, config.calibration_path)
     stored, stored_c = any(cal.gyro_bias_dps), cal.temp_c
     first(imu)
     cal = cal.at(imu.temp_c())

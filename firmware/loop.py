@@ -12,6 +12,7 @@ from micropython import const
 
 _FAR_US = 1 << 29  # half of the ticks' wrap
 _DUE = const(12)  # a place of firmware.tick.words
+_TICKS = const(5)  # of firmware.tick.timing
 
 
 class Loop:
@@ -22,21 +23,29 @@ class Loop:
     rate_hz: 80 to 1000; the period is whole microseconds.
     grid: True for a source with a grid of its own (a timer), False for the sensor's edges.
     lead_us: with a timer, tick.begin is called this long before each step; 0: not at all.
-    guard: for edges, a second source, a timer: it ticks in their place when they stay away.
+    guard: a second source, a timer: it ticks in the first one's place when that stays away;
+    guard_us: how often it looks.
+    guards: firmware.stack.Guards of what a hard interrupt calls: begin, run, the guard.
     """
 
-    def __init__(self, tick, source, rate_hz=250, grid=True, lead_us=0, guard=None):
+    def __init__(self, tick, source, rate_hz=250, grid=True, lead_us=0, guard=None, guard_us=0,
+                 guards=None):  # fmt: skip
         if not 80 <= rate_hz <= 1000:
             raise ValueError("rate_hz %s: 80 to 1000" % rate_hz)
         self.period_us = round(1000000 / rate_hz)
         self.edges_missing = 0
         self._tick = tick
         self._timing = tick.timing
+        self._ticks = tick.timing.words
+        self._ticked = -1
+        self.dead = False  # the timer of the ticks has died, and the guard alone goes on
         self._grid = grid
         self._source = source
         self._lead_us = lead_us
         self._guard = guard
+        self._guard_us = max(guard_us, 2 * self.period_us)
         self._on_guard = self._watch_edges
+        self._guards = guards
         self._sources = []
         self.readers = []
 
@@ -49,20 +58,27 @@ class Loop:
         """Begin to tick, in the background; statistics begin anew."""
         self.stop()
         self.edges_missing = 0
+        self.dead = False
         self._timing.clear()
         if self._lead_us:
-            self._sources.append(self._source(self.period_us, self._tick.begin))
+            self._sources.append(self._source(self.period_us, self._call(0, self._tick.begin)))
             time.sleep_us(self._lead_us)
-        self._sources.append(self._source(self.period_us, self._tick.run))
+        self._sources.append(self._source(self.period_us, self._call(1, self._tick.run)))
         self._timing.start(self.period_us, self._grid, time.ticks_us())
         if self._guard is not None:
-            self._sources.append(self._guard(2 * self.period_us, self._on_guard))
+            time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
+            call = self._call(2, self._on_guard)
+            self._sources.append(self._guard(self._guard_us, call))
+
+    def _call(self, place, callback):
+        return self._guards[place].over(callback) if self._guards else callback
 
     def stop(self):
         """End ticking; a call still queued does nothing."""
         self._timing.stop()
         while self._sources:
-            self._sources.pop().deinit()
+            self._sources[-1].deinit()  # first: a Ctrl-C in between leaves it to the next stop()
+            self._sources.pop()
 
     def samples(self, item=None):
         """`async for item in loop.samples(item)`: wakes after each step; any number of readers.
@@ -99,7 +115,12 @@ class Loop:
     def _watch_edges(self, source):
         if self.since_us() > self.period_us + (self.period_us >> 1):
             self.edges_missing += 1
+            ticks = self._ticks
+            if self._grid and ticks[_TICKS] == self._ticked:  # nobody else has ticked since
+                self.dead = True
+                self._tick.words[_DUE] = 0
             self._tick.run(source)
+            self._ticked = ticks[_TICKS]
 
 
 class _Samples:

@@ -24,6 +24,7 @@ _OUTPUTS = const(19)
 _FAILED = const(21)
 _AGAIN = const(25)
 _SOFT = const(26)
+_TRIES = const(3)
 _UNSAFE = const(1)
 _RAISED = const(2)
 
@@ -84,10 +85,16 @@ class Outputs:
             if row[0] == update:
                 self._rows.remove(row)
                 self.hand_over()
-                if row[1]:
-                    row[1]()
+                self._make_safe(row)
                 return
         raise ValueError("not among the outputs: %s" % _name(update))
+
+    def has(self, update):
+        """Whether this function is among them."""
+        for row in self._rows:
+            if row[0] == update:
+                return True
+        return False
 
     def clear(self):
         """Take all functions away, their outputs safe."""
@@ -108,9 +115,14 @@ class Outputs:
                 row[3](period_us)
 
     def safe(self):
-        """Put every output into its safe state: the loop stops."""
-        self._drive.safe()
-        self.mend()
+        """Put every output into its safe state: the loop stops. A Ctrl-C in it is raised after."""
+        try:
+            self._drive.safe()
+            self.mend()
+        except KeyboardInterrupt:
+            self._drive.safe()
+            self.mend()
+            raise
 
     def run(self, missed):
         """After a tick: the soft functions, with the newest estimate; `missed` ticks had none."""
@@ -143,12 +155,16 @@ class Outputs:
                 self._show(i, drive.kinds[i])
 
     def _make_safe(self, row):
-        if row[1]:
+        """Its safe(), again where it fails: nothing is left between here and the motor."""
+        tries = _TRIES if row[1] else 0
+        while tries:
+            tries -= 1
             try:
                 row[1]()
+                return
             except Exception as error:
                 self._words[_FAILED] += 1
-                print("%s raised:" % _name(row[1]))
+                print("%s raised%s:" % (_name(row[1]), "" if tries else ", and is not safe"))
                 sys.print_exception(error)
 
     def _show(self, i, error):

@@ -14,7 +14,6 @@ from micropython import const
 from mpu6050 import MPU6050, ranges
 
 from firmware import filters
-from firmware.board import diagnose
 
 _OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
 _PATIENCE_MS = const(1000)  # a supply may take 100 ms to rise (PS p. 15), a plug to be pushed in
@@ -28,29 +27,37 @@ _WAYS = (
 )
 
 
-def sensor(board, config):
-    """The driver, configured. OSError with what was seen, how often, and what to check."""
+def sensor(board, config, bus=None, kind=None):
+    """The driver, configured; bus: firmware.bus, which others may use already; kind: another class
+    than MPU6050. OSError with what was seen, how often, and what to check."""
     seen = {}  # type: dict
 
     def make(i2c):
-        imu = MPU6050(
-            i2c or board.i2c(),
-            address=config.address,
-            gyro_dps=config.gyro_dps,
-            accel_g=config.accel_g,
-            dlpf_hz=config.dlpf_hz,
-            rate_hz=sensor_rate_hz(config),
-            allow_unknown=config.allow_unknown,
-            wait_ms=_EACH_MS,
-            seen=seen,
-        )
+        settings = {
+            "gyro_dps": config.gyro_dps,
+            "accel_g": config.accel_g,
+            "dlpf_hz": config.dlpf_hz,
+            "wait_ms": _EACH_MS,
+            "lock": bus,
+        }
+        if kind:
+            imu = kind(i2c, **settings)
+        else:
+            imu = MPU6050(
+                i2c,
+                address=config.address,
+                rate_hz=sensor_rate_hz(config),
+                allow_unknown=config.allow_unknown,
+                seen=seen,
+                **settings,
+            )
         imu.data_ready(config.drive == "data-ready")
         return imu
 
-    return _patiently(make, board, config, seen)
+    return _patiently(make, board, config, bus, seen, _with(bus, board.i2c))
 
 
-def again(imu, board, config):
+def again(imu, board, config, bus=None):
     """A sensor that stood still meanwhile measures again, as the knobs say: it may sleep, have
     lost its supply, or have another master's settings. OSError as sensor()."""
 
@@ -70,17 +77,24 @@ def again(imu, board, config):
         set_up(imu, config)
         return imu
 
-    return _patiently(look, board, config, {})
+    return _patiently(look, board, config, bus, {}, None)
 
 
-def _patiently(work, board, config, seen):
-    """What work(i2c) returns, tried for _PATIENCE_MS with a bus that is freed in between: the
-    sensor may come up later than the board, or hang in a transfer that a reset cut off.
+def _with(bus, work):
+    """What work() returns, the bus held."""
+    if not bus:
+        return work()
+    with bus:
+        return work()
 
-    i2c: None at first, then the bus made anew.
+
+def _patiently(work, board, config, bus, seen, i2c):
+    """What work(i2c) returns, tried for _PATIENCE_MS with a bus that is freed and made anew in
+    between: the sensor may come up later than the board, or hang in a transfer that a reset cut
+    off.
     """
     began = time.ticks_ms()
-    i2c = failure = None
+    failure = None
     tries = 0
     while failure is None or time.ticks_diff(time.ticks_ms(), began) < _PATIENCE_MS:
         tries += 1
@@ -88,7 +102,7 @@ def _patiently(work, board, config, seen):
             return work(i2c)
         except OSError as error:
             failure = error
-        i2c = board.recover()
+        i2c = _with(bus, board.recover)
     # raised out here, so that one traceback is shown
     passed_s = time.ticks_diff(time.ticks_ms(), began) / 1000
     text = "%s\nTried %d times in %.1f s." % (failure.args[-1], tries, passed_s)
@@ -96,7 +110,9 @@ def _patiently(work, board, config, seen):
     if knobs:
         text += " In the app: %s." % " or ".join(knobs)
     if 2 * sum([n for got, n in seen.items() if got >= 0]) <= sum(seen.values()):
-        text += "\nSeen: %s" % diagnose(board, config.address)
+        from firmware.diagnose import diagnose
+
+        text += "\nSeen: %s" % _with(bus, lambda: diagnose(board, config.address))
     raise OSError(failure.args[0], text)
 
 
@@ -122,9 +138,8 @@ def first(imu):
 
 def set_up(imu, config):
     """The knobs to a sensor that goes on measuring. OSError when it does not take them."""
-    if hasattr(imu, "set_up"):  # a MinIMU-9 keeps its own settings
-        imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
-        imu.data_ready(config.drive == "data-ready")
+    imu.set_up(config.gyro_dps, config.accel_g, config.dlpf_hz, sensor_rate_hz(config))
+    imu.data_ready(config.drive == "data-ready")
 
 
 def sensor_rate_hz(config):
@@ -144,6 +159,24 @@ def sensor_rate_hz(config):
     )
 
 
+def check_pace(config, board):
+    """ValueError where the bus is too slow for the rate, or the sensor cannot make it."""
+    rate_hz = sensor_rate_hz(config)
+    refused = ""
+    try:
+        ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
+    except ValueError as error:
+        refused = str(error)
+        if config.drive != "data-ready":
+            refused = refused.replace("rate_hz", "sensor_hz")  # the knob, not the driver's name
+    if refused:
+        raise ValueError(refused)
+    burst_us = board.burst_us(config.bus_hz)
+    if 10 * burst_us * config.rate_hz > 7000000:
+        text = "rate_hz = %d: a burst takes %d us of its period at bus_hz = %d"
+        raise ValueError(text % (config.rate_hz, burst_us, config.bus_hz))
+
+
 class _Ranges:
     """What a sensor with these knobs would have, for check()."""
 
@@ -152,8 +185,7 @@ class _Ranges:
         self.delay_s = ranges.delay_s(config.dlpf_hz, ranges.FAMILIES[0])
 
 
-def check(config):
+def check(config, board):
     """ValueError where the knobs do not go together, whatever each of them is by itself."""
-    rate_hz = sensor_rate_hz(config)
-    ranges.divider(ranges.dlpf(config.dlpf_hz)[1], rate_hz)
+    check_pace(config, board)
     filters.make(config, Calibration(), _Ranges(config), config.rate_hz)

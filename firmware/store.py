@@ -81,7 +81,27 @@ def _read(path, kind, version, by_hand=False):
     try:
         return _parse(data, kind, version, by_hand)
     except ValueError as error:
-        return str(error)
+        failure = str(error)
+    if by_hand and data.count(b"\n") < 2 * _LINES_MAX:
+        try:
+            return _parse(_tidied(data), kind, version, True)
+        except ValueError:
+            pass
+    return failure
+
+
+def _tidied(data):
+    """What an editor, or its user, left otherwise than save() writes it: ends of lines, blanks,
+    comments; a line without a value becomes one of a name that nobody knows, and is told."""
+    lines = []
+    for line in data.replace(b"\xef\xbb\xbf", b"").replace(b"\t", b" ").split(b"\n"):
+        line = line.strip()
+        name, sign, value = line.partition(b"=")
+        if line and line[0] != 35:
+            if sign or not (line.startswith(b"plumb ") or line.startswith(b"crc ")):
+                line = name.strip() + b" = " + value.strip()
+            lines.append(line)
+    return b"\n".join(lines) + b"\n"
 
 
 def _parse(data, kind, version, by_hand):

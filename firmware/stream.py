@@ -146,11 +146,13 @@ class Stream:
 
     def start(self, names=(), every=1, keep_s=3, seconds=0.25):
         """Send each `every`-th tick's burst and angles, and the channels `names`, until keep() is
-        not called for keep_s.
+        not called for keep_s. ValueError where nothing runs, or a name is not known.
 
         seconds: of samples that the board holds while nobody reads, or as much of it as there is
         memory for. ValueError names what is not known.
         """
+        if self._app.loop is None:
+            raise ValueError("the loop does not run: app.start()")
         rate_hz = 1000000 / self._app.loop.period_us / every
         self._begin(names, every, max(16, int(rate_hz * seconds)))
         self._row = {}

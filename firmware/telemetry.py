@@ -17,6 +17,7 @@ _ROLL = const(2)  # places: firmware.tick.estimate
 _PITCH = const(3)
 _YAW = const(4)
 
+_STALL_US = const(10000)  # a UART at 115200 baud takes 7 ms for a line
 HEADER = b"# roll, pitch and yaw in degrees; stale: no answer from the sensor, angle held\r\n"
 _LINE = b"roll_deg:    0.00 pitch_deg:    0.00 yaw_deg:    0.00 stale:0 \r\n"
 _ROLL_AT = 9
@@ -75,7 +76,8 @@ class Telemetry:
     """Writes a line every few ticks, between begin() and end().
 
     console: a Console, or anything with ready() and write(bytes).
-    lines: how many were written; dropped: how many nobody took.
+    lines: how many were written; dropped: how many nobody took. stalls: writes that waited for a
+    reader, although ready() had said that there is one, as an ESP32 does: the lines end then.
     """
 
     def __init__(self, console):
@@ -87,6 +89,7 @@ class Telemetry:
         self.on = False
         self.lines = 0
         self.dropped = 0
+        self.stalls = 0
 
     def set_rate(self, telemetry_hz, rate_hz):
         """Lines per second (0: none) for a loop of rate_hz."""
@@ -135,12 +138,19 @@ class Telemetry:
             return
         if not self._headed:
             self._headed = True
-            self.console.write(HEADER)
+            self._write(HEADER)
             return
         line = self._line
         put_mdeg(line, _ROLL_AT, est[_ROLL])
         put_mdeg(line, _PITCH_AT, est[_PITCH])
         put_mdeg(line, _YAW_AT, est[_YAW])
         line[_STALE_AT] = 49 if stale else 48
-        self.console.write(line)
+        self._write(line)
         self.lines += 1
+
+    def _write(self, data):
+        began = time.ticks_us()
+        self.console.write(data)
+        if time.ticks_diff(time.ticks_us(), began) > _STALL_US:
+            self.stalls += 1
+            self.end()

@@ -19,10 +19,11 @@ from firmware.learning import Learning
 from firmware.loop import Loop
 from firmware.tick import estimate, judge
 
-_LEAD_US = const(450)  # a burst takes 400 us on the bus
+_LEAD_US = const(60)  # before a burst is needed it has to be on the bus for its time and this
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
+_GUARD_US = const(50000)
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
 _NO = (0.0, 0.0, 0.0)
@@ -74,10 +75,11 @@ def settle(app):
     words, config = app.tick.words, app.config
     words[_STALE_US] = config.failsafe_ms * 1000
     words[_RING_US] = 1000000 // config.dlpf_hz
-    words[_LIMIT] = config.output_failures
-    words[_PATIENCE] = max(2, config.failsafe_ms * config.rate_hz // 1000)
+    words[_PATIENCE] = patience = max(2, config.failsafe_ms * config.rate_hz // 1000)
+    words[_LIMIT] = min(config.output_failures, patience)
     # a slower sensor's bursts come again
-    judge.allow(app.tick.memory, 10 + 3 * config.rate_hz // config.sensor_hz)
+    repeats = 10 + 3 * config.rate_hz // config.sensor_hz
+    judge.allow(app.tick.memory, repeats, config.gyro_dps, config.rate_hz)
     app.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
 
 
@@ -86,8 +88,10 @@ def wire(app, old):
     config, board = app.config, app.board
     on_timer = config.drive == "timer"
     timed = filters.is_timed(config.filter)
-    hard = not timed and board.has_hard(on_timer)
-    lead_us = _LEAD_US if on_timer and config.burst != "blocking" and app.imu.split else 0
+    # edges of a hard interrupt need a guard of one: a soft one would be interrupted in its tick
+    hard = not timed and board.has_hard(on_timer) and board.has_hard(True)
+    split = on_timer and config.burst != "blocking" and app.imu.split
+    lead_us = board.burst_us(board.bus_hz) + _LEAD_US if split else 0
     app.tick_kind = "hard" if hard else "soft"
     rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
     readers = app.loop.readers if app.loop else []
@@ -97,7 +101,9 @@ def wire(app, old):
         rate_hz,
         grid=on_timer,
         lead_us=lead_us,
-        guard=None if on_timer else board.ticking(board.timer, hard and board.has_hard(True)),
+        guard=board.ticking(board.timer, hard),
+        guard_us=min(_GUARD_US, 333 * config.failsafe_ms) if on_timer else 0,
+        guards=_guards(app, 3) if hard else None,
     )
     app.loop.readers = readers
     app.period_us = app.loop.period_us
@@ -105,6 +111,15 @@ def wire(app, old):
     app.tick.wire(app.imu, app.bus.words, app.loop.period_us, timed, lead_us)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
+
+
+def _guards(app, count):
+    """firmware.stack.Guards of this app, which it keeps: each takes 25 ms to make."""
+    from firmware.stack import Guard
+
+    while len(app.guards) < count:
+        app.guards.append(Guard())
+    return app.guards
 
 
 def begin_anew(app):
@@ -129,9 +144,12 @@ def renew(app, old):
     try:
         if old is not None:
             words[_PAUSE] = 1  # the old one does not move while it is looked at
-            new.go_on_from(old, since_us(app))
             gap = app.tick.gap
-            gap.rescale(GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps])
+            if not words[_AGE_US]:  # what comes until the next sample is bridged from here
+                gap.open(old, app.tick.memory)
+            new.go_on_from(old, since_us(app))
+            was, now = GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps]
+            gap.rescale(app.tick.memory, was, now)
         use(app, new)
     finally:  # also after a Ctrl-C
         words[_PAUSE] = 0
@@ -169,6 +187,8 @@ def begin(app, still):
             app.filter.relevel()
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
+    for place in range(7):  # a pause ahead of the first tick is bridged from here
+        tick.memory[place] = burst[place]
     estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
     app.learning.begin()
     tick.est[_UNCERTAIN] = 1 if words[_UNSURE_US] else 0
@@ -211,6 +231,16 @@ def change(app, pace):
     if pace and running:
         words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
         app.loop.start()
+
+
+def revive(app):
+    """The timer of the ticks has died: another one; what was missed is a gap like others."""
+    loop, words = app.loop, app.tick.words
+    loop.stop()
+    last = (time.ticks_us() - loop.since_us()) & _WRAP
+    words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
+    words[_ODD] = 1
+    loop.start()
 
 
 def prepare(app, **what):

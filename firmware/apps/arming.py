@@ -16,8 +16,10 @@ def running(app):
     return app
 
 
-def refuse(app):
-    """ValueError that says why no motor may turn now; nothing when one may."""
+def refuse(app, name):
+    """ValueError that says why no motor of this application may turn now; nothing when one may."""
+    if not app.has(name):
+        raise ValueError("not armed: %s was taken away; start() it again" % name)
     if not app.running:
         raise ValueError("not armed: the loop does not run; app.start()")
     if app.stale:

@@ -43,9 +43,11 @@ class Balance:
         self._motors = motors
         self.armed = self.running = False
         self.tune(app.period_us or 1000000 // app.config.rate_hz)
+        self._begin()
 
     def tune(self, period_us):
-        """The loop's period and the knobs; the app calls it whenever they change."""
+        """The loop's period and the knobs; the app calls it whenever they change. What it does at
+        the moment goes on."""
         config = self._app.config
         self._speed_mdeg = round(config.balance_speed * 1000)
         self._lag = period_us * 1024 // (_LAG_US + period_us)
@@ -53,11 +55,10 @@ class Balance:
         kp, kd = config.balance_kp / 1000, config.balance_kd / 1000
         self.pid = PID(kp, 0, kd, 1000, 1000000 / period_us, input_max=500000)
         self._second = 1000000 // period_us
-        self._begin()
 
     def arm(self, app=None):
         """Let the motors turn once it stands upright. ValueError says why not."""
-        refuse(app or self._app)
+        refuse(app or self._app, "balance")
         self._begin()
         self.armed = True
 

@@ -43,19 +43,22 @@ class Quad:
         self.yaw_mdeg = 0
         self.link_lost = 0  # times the motors stopped because nobody commanded
         self._link = 0
+        self.control = None
         self.tune(app.period_us or 1000000 // app.config.rate_hz)
 
     def tune(self, period_us):
-        """The loop's period and the knobs; the app calls it whenever they change."""
+        """The loop's period and the knobs; the app calls it whenever they change. What it does at
+        the moment goes on."""
         c = self._app.config
         level = (c.quad_rate_p, c.quad_rate_i, c.quad_rate_d)
-        self.control = control = QuadControl(
+        control = QuadControl(
             (c.quad_angle_p, c.quad_angle_p, c.quad_yaw_angle_p),
             (level, level, (c.quad_yaw_rate_p, c.quad_yaw_rate_i, 0.0)),
             _TORQUE_MAX,
             1000000 / period_us,
         )
-        control.target(0, 0, self.yaw_mdeg)
+        control.go_on_from(self.control)
+        self.control = control
         self._link_max = 1000 * _LINK_MS // period_us
 
     def command(self, throttle, roll_mdeg=0, pitch_mdeg=0, yaw_mdeg=None):
@@ -69,7 +72,7 @@ class Quad:
     def arm(self, app=None):
         """Let the motors turn. ValueError says why not."""
         app = app or self._app
-        refuse(app)
+        refuse(app, "quad")
         if not app.filter.knows_yaw:
             text = "not armed: the filter %s does not know the yaw; app.set('filter', 'attitude')"
             raise ValueError(text % app.config.filter)
@@ -79,6 +82,12 @@ class Quad:
             self.command(0, 0, 0, tilt[2])
             self.control.reset()
         self.escs.arm(throttle, max(abs(tilt[0]), abs(tilt[1])))
+
+    def check(self, config):
+        """ValueError where it flies, and these knobs would take from it what it steers by."""
+        if self.armed and not config.filter.endswith("attitude"):
+            text = "the quad is armed, and the filter %s does not know the yaw"
+            raise ValueError(text % config.filter)
 
     def disarm(self):
         """Motors off, until arm()."""

@@ -92,7 +92,7 @@ class Mend:
             if in_row and not self._words[_SURE]:
                 self._go(_VERIFY)
             return
-        action = policy.action(cause, in_row, self._acted)
+        action = policy.action(cause, in_row, self._acted, self._board.one_error)
         if action == policy.HOLD:
             return
         self._acted = in_row
@@ -168,7 +168,7 @@ class Mend:
         now = time.ticks_ms()
         if self._wait_ms is not None and time.ticks_diff(now, self._wait_ms) < 0:
             return
-        self._wait_ms = time.ticks_add(now, _RESET_MS)
+        self._wait_ms = time.ticks_add(now, _RESET_MS)  # type: ignore[assignment]
         if self._doing == _RESET:
             self._imu.reset_chip()
         elif self._doing == _RESET_PATHS:

@@ -49,15 +49,19 @@ POLICY = (
 _RARELY = const(8)  # times the count of the table: how often at least the action is repeated
 
 
-def action(cause, in_row, acted):
+_BLIND = const(2)  # nacks in a row, where a stuck bus is told by the same error
+
+
+def action(cause, in_row, acted, blind=False):
     """What to do about `in_row` ticks in a row without a good sample, the last fault `cause`.
 
     acted: in_row when the action was taken last, 0: not yet. It comes again after twice, four and
     eight times as many, then after each eight times: a broken bus must not cost more than a good
-    one.
+    one. blind: this port has one error for all that fails on a bus.
     """
     row = POLICY[cause]
-    if not row.after or in_row < row.after:
+    after = _BLIND if blind and cause == NACK else row.after
+    if not after or in_row < after:
         return HOLD
-    due = min(2 * acted, acted + _RARELY * row.after) if acted else row.after
+    due = min(2 * acted, acted + _RARELY * row.after) if acted else after
     return row.action if in_row >= due else HOLD

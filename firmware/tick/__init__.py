@@ -63,6 +63,8 @@ _BUSY = const(11)  # the bus is taken, or what it brings is not used yet
 _LONG_WAY = const(4)  # of what words.begun() tells
 
 _CLAIM_US = const(100000)  # a swing has turned back by then: a prediction is no claim any more
+_SLOW_US = const(8000)  # a transfer on a stuck bus, where the port waits for it
+_FIRST = const(2)
 _AGE_MAX_US = const(1000000000)  # a small int for ever
 _SHORT_US = const(15000)  # in an outage shorter than this no chip can have lost its settings
 _WRAP = const(0x3FFFFFFF)
@@ -144,7 +146,10 @@ class Tick:
                     words[_ODD] = 1
                     tick.error = error.__class__
                     tick._raised(dt_us)
-                timing[_TOOK] = (ticks_us() - now) & _WRAP
+                took = (ticks_us() - now) & _WRAP
+                timing[_TOOK] = took
+                if took > _SLOW_US and words[_WAITING]:
+                    words[_WAITING] = _FIRST
 
         return run
 
@@ -234,6 +239,7 @@ class Tick:
                 elif cause == _SATURATED:
                     words[_UNUSED_US] = words[_RING_US]
                     est[_EST_UNCERTAIN] |= 1
+                    tick.gap.beyond(tick.memory)
                 words[_COUNT + cause] += 1
                 words[_DUE] = 0
             elif cause == _BUSY:
@@ -271,6 +277,8 @@ class Tick:
             if words[_PAUSE]:
                 return tick._lost(_BUSY, dt_us, now)
             words[_ODD] = 0
+            if words[_WAITING] == _FIRST:  # soft ticks queue up in front of it, each as slow
+                return tick._lost(_BUSY, dt_us, now)
             if words[_SWAP]:
                 use[3]()
                 words[_SWAP] = 0

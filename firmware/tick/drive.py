@@ -24,6 +24,7 @@ _PATIENCE = const(27)
 # bits of an output's flags
 _UNSAFE = const(1)  # its safe() failed
 _RAISED = const(2)  # its update raised, and nobody was told yet
+_GIVEN_UP = const(4)  # its update raised too often, and it has its safe value
 
 
 class Drive:
@@ -78,9 +79,12 @@ class Drive:
             self.kinds[i] = kind
         flags[i] |= _RAISED
         words[_DUE] = 0
+        if not in_row[i]:
+            flags[i] &= ~_GIVEN_UP
         if in_row[i] < 1000000:
             in_row[i] += 1
-        if in_row[i] == words[_LIMIT]:
+        if in_row[i] >= words[_LIMIT] and not flags[i] & _GIVEN_UP:
+            flags[i] |= _GIVEN_UP
             self._safe_one(i)
 
     @micropython.native

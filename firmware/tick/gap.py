@@ -21,6 +21,7 @@ _YAW_LOST = const(17)
 _YAW_DOUBT = const(28)
 
 _SATURATED = const(6)  # a cause of firmware.faults.policy
+_REJECTED = const(8)  # a place of firmware.tick.judge's memory
 _PREDICT_US = const(250000)  # longer than that the last rate says nothing
 _YAW_US = const(1000000)  # so long the mean of two rates is the best guess of the yaw
 _LEVEL_US = const(1500000)  # after a levelling: the accelerometer may have been pushed
@@ -35,6 +36,18 @@ def _copy(held: ptr16, memory: ptr16):
     while i < 7:
         value = memory[i]
         held[i] = value
+        i += 1
+
+
+@micropython.viper
+def _clipped(held: ptr16, memory: ptr16):
+    """Rates at the end of their range, of the burst that was rejected last, are held instead."""
+    value = 0
+    i = 4
+    while i < 7:
+        value = memory[_REJECTED + i]
+        if (value + 0x8200 & 0xFFFF) < 0x400:
+            held[i] = value
         i += 1
 
 
@@ -77,6 +90,10 @@ def _doubt(out: ptr32, before: ptr32, gap_us: int) -> int:
     return most
 
 
+def _scaled(count, was_lsb, is_lsb):
+    return max(-32767, min(32767, round(count * is_lsb / was_lsb)))
+
+
 class Gap:
     """The bridge over one gap at a time; `words` are firmware.tick.words'."""
 
@@ -85,11 +102,13 @@ class Gap:
         self._held = array("h", [0] * 7)  # the last good burst before the gap
         self._rates = array("i", [0] * 4)  # and the filter's rates, mdeg/s; 1: at rest
 
-    def rescale(self, was_lsb, is_lsb):
-        """The gyro's range has changed: counts per deg/s before and now."""
+    def rescale(self, memory, was_lsb, is_lsb):
+        """The gyro's range has changed: counts per deg/s before and now. `memory`, which begins
+        with the last good burst, is that of a tick that comes before the first new one."""
         held = self._held
         for i in range(4, 7):
-            held[i] = max(-32767, min(32767, round(held[i] * is_lsb / was_lsb)))
+            held[i] = _scaled(held[i], was_lsb, is_lsb)
+            memory[i] = _scaled((memory[i] ^ 0x8000) - 0x8000, was_lsb, is_lsb) & 0xFFFF
 
     @micropython.native
     def open(self, filter, memory):
@@ -102,6 +121,11 @@ class Gap:
         rates[3] = out[9]
         self._words[_FROM_US] = 0
         filter.keep()
+
+    @micropython.native
+    def beyond(self, memory):
+        """A rate is beyond its range: of all that is known the range's end is nearest to it."""
+        _clipped(self._held, memory)
 
     @micropython.native
     def predict(self, filter, age_us):

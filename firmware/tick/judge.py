@@ -23,11 +23,15 @@ _PRIMED = const(18)  # there is a last good burst to compare with
 _CALM = const(19)  # primed, and the last burst was neither the same nor a leap
 _ACCEL_OVER = const(20)  # bursts with a saturated accelerometer, which are good
 _SAME_MAX = const(21)  # identical bursts in a row that are still good
-_WORDS = const(22)
+_GYRO_MOST = const(22)  # a larger step of the gyro is a leap, counts
+_WORDS = const(23)
 
-# Largest step of one sample, counts. Gyro: an eighth of full scale, what a flipped bit 12 makes;
+# Largest step of one sample, counts. Gyro: an eighth of full scale, what a flipped bit 12 makes,
+# or what a push makes where the range is small and the samples are far apart (leap());
 # accelerometer: half of full scale, since vibration is not a fault.
 _GYRO_LEAP = const(4096)
+_GYRO_LEAP_MAX = const(15000)
+_PUSH_DPS2 = 12000  # of a robot of some kilograms
 _ACCEL_LEAP = const(16384)
 _FILL_LEAP = const(64)  # of the gyro to words that are all the same
 _NEAR = const(26000)  # of 32768: a leap to there is the edge of a saturation
@@ -39,12 +43,17 @@ def memory():
 
     The last good burst is its first seven words.
     """
-    return array("H", [0] * _WORDS)
+    words = array("H", [0] * _WORDS)
+    words[_GYRO_MOST] = _GYRO_LEAP
+    return words
 
 
-def allow(words, same_max):
-    """So many identical bursts in a row are still good."""
+def allow(words, same_max, gyro_dps=2000, rate_hz=1000):
+    """So many identical bursts in a row are still good, and so large a step of the gyro is one
+    that a push makes with this range at this rate."""
     words[_SAME_MAX] = same_max
+    push = int(_PUSH_DPS2 / rate_hz * 32768 / gyro_dps)
+    words[_GYRO_MOST] = max(_GYRO_LEAP, min(_GYRO_LEAP_MAX, push))
 
 
 @micropython.viper
@@ -136,7 +145,7 @@ def _doubt(counts, words) -> int:
                 if i > 3:
                     fault = SATURATED
                 over = 1
-            limit = _GYRO_LEAP if i > 3 else _ACCEL_LEAP
+            limit = int(m[_GYRO_MOST]) if i > 3 else _ACCEL_LEAP
             value = (raw ^ 0x8000) - 0x8000
             step = value - ((m[i] ^ 0x8000) - 0x8000)
             if step > limit or step < 0 - limit:

@@ -19,7 +19,7 @@ place name       who  what
 11    ZERO_YAW   F T  1: yaw is 0 from the next sample on
 12    DUE        F T  ticks until the foreground is scheduled
 13    LATE_US    F    a tick later than this after the last one ends a gap
-14    WAITING    F T  1: it is scheduled and has not run yet
+14    WAITING    F T  1: it is scheduled and has not run yet; 2: nor is the bus used before
 15    FROM_US    F T  age at which the filter that bridges the gap took over
 16    UNSURE_US  F T  so long the tilt is not known well enough to be claimed
 17    YAW_LOST   T    1: that is more than can be claimed

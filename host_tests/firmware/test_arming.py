@@ -134,9 +134,24 @@ def _raising(rig, app):
     rig.controller.control = rig.controller.pid = None
 
 
+def _one_axis(rig, app):
+    if app.has("quad"):
+        with pytest.raises(ValueError, match="armed, and the filter kalman2 does not know"):
+            app.set("filter", "kalman2")
+        assert app.config.filter == "attitude"
+    else:
+        app.set("filter", "kalman2")
+
+
+def _dead(rig, app):
+    for source in app.loop._sources[:-1]:  # as by a Timer of the user's own with the same number
+        source.deinit()
+
+
 IN_FLIGHT = {
+    "dead loop": _dead,
     "float filter": _set("filter", "float.attitude"),
-    "one-axis filter": _set("filter", "kalman2"),
+    "one-axis filter": _one_axis,
     "range": _set("gyro_dps", 2000),
     "low-pass": _set("dlpf_hz", 44),
     "rate": _set("rate_hz", 500),
@@ -183,6 +198,10 @@ def test_motors_are_fed_or_safe_within_the_failsafe_whatever_happens(
             assert not app.stale
         else:
             assert stopped
+        if event == "dead loop":
+            assert rig.controller.armed and not app.loop.dead
+            assert "timer of the ticks has died" in capsys.readouterr().out
+            assert fed >= 90 * app.config.rate_hz // 1000  # at its full rate again
         if event == "raising":
             assert type(rig.controller).__name__ + ".update" in capsys.readouterr().out
 

@@ -84,7 +84,7 @@ def test_an_update_that_raises_is_safe_after_three_and_named_once(
 @boards
 @kinds
 def test_fewer_failures_than_the_knob_says_are_forgiven(flying, board, hard):
-    rig, motor = flying(board, hard, output_failures=50)
+    rig, motor = flying(board, hard, output_failures=50, failsafe_ms=300)
     motor.raises = ValueError("for a while")
     rig.port.run_ms(100)
     assert "safe" not in motor.calls
@@ -94,6 +94,26 @@ def test_fewer_failures_than_the_knob_says_are_forgiven(flying, board, hard):
     rig.app.set("output_failures", 1)
     motor.raises = ValueError("once")
     rig.port.run_ms(8)
+    assert motor.calls[-1] == "safe"
+
+
+@boards
+@kinds
+def test_no_number_of_failures_is_forgiven_for_longer_than_the_failsafe(flying, board, hard):
+    rig, motor = flying(board, hard, output_failures=1000)
+    motor.raises = ValueError("for ever")
+    rig.port.run_ms(FAILSAFE_MS + 8)
+    assert motor.calls[-1] == "safe" and motor.calls.count("safe") == 1
+    motor.calls.clear()
+    rig.app.set("failsafe_ms", 50)  # a smaller number of them, already exceeded
+    rig.port.run_ms(100)
+    assert motor.calls.count("safe") == 0
+    motor.raises = None
+    rig.port.run_ms(20)
+    motor.raises = ValueError("again")
+    rig.port.run_ms(20)
+    rig.app.set("output_failures", 2)
+    rig.port.run_ms(20)
     assert motor.calls[-1] == "safe"
 
 

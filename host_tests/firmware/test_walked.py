@@ -169,3 +169,169 @@ def test_a_long_failsafe_is_no_licence_to_claim_an_old_angle(board, tmp_path):
         ("wait", {"ms": 1100}),
     ]
     replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("knob, value", [("burst", "split"), ("rate_hz", 500), ("gyro_dps", 1000)])
+def test_the_bus_is_taken_ahead_of_the_first_tick_after_a_change(board, knob, value, tmp_path):
+    """What bridges the gap is the rate of now, not that of the gap before."""
+    steps = [
+        *REST,
+        ("other_device", {"ms": 25}),
+        ("move", {"kind": "swing", "axis": "roll", "amplitude_deg": 30, "hz": 0.4}),
+        ("wait", {"ms": 3000}),
+        ("set", {"knob": knob, "value": value}),
+        ("other_device", {"ms": 120}),
+        ("wait", {"ms": 500}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("verb", ["self_test", "level_here", "defaults", "undo", "start"])
+def test_ctrl_c_anywhere_in_a_verb_leaves_a_loop_that_runs_or_words(board, verb, tmp_path):
+    steps = [*REST, ("set", {"knob": "gyro_dps", "value": 1000})]
+    for after in (0, 1, 3, 8, 15, 25, 39, 60, 150, 300):
+        if verb == "start":
+            steps += [("start", {"how": "Ctrl-C", "after": after})]
+        else:
+            steps += [("verb", {"name": verb, "how": "Ctrl-C", "after": after})]
+        steps += [("wait", {"ms": 60}), ("start", {})]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("name", ["balance", "quad"])
+def test_an_application_that_was_taken_away_is_not_armed_and_starts_again(board, name, tmp_path):
+    steps = [*REST, ("application", {"name": name}), ("wait", {"ms": 500}),
+             ("take_away", {"all_of_them": True})]  # fmt: skip
+    walk = Steps(board, tmp_path)
+    try:
+        for step, parameters in steps:
+            walk.do(step, **parameters)
+        app = walk.world.app
+        with pytest.raises(ValueError, match="not armed: %s was taken away" % name):
+            getattr(app, name).arm()
+        assert not app.has(name)
+        for step, parameters in [("application", {"name": name}), ("wait", {"ms": 500}),
+                                 ("arm", {"name": name}), ("wait", {"ms": 300})]:  # fmt: skip
+            walk.do(step, **parameters)
+        assert getattr(app, name).armed
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
+def test_an_interrupted_start_leaves_an_app_that_takes_knobs(board, tmp_path):
+    steps = [
+        ("start", {"how": "Ctrl-C", "after": 2}),
+        ("set", {"knob": "address", "value": 0x68}),
+        ("set", {"knob": "dlpf_hz", "value": 94}),
+        ("application", {"name": "platform"}),
+        ("wait", {"ms": 100}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("name", ["sample", "report", "stats", "show", "changed", "help", "repr"])
+def test_what_is_asked_before_the_start_is_answered_or_refused_in_words(board, name, tmp_path):
+    steps = [("ask", {"name": name}), *REST, ("stop", {}), ("ask", {"name": name})]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_watch_and_samples_say_that_nothing_runs(board, tmp_path):
+    walk = Steps(board, tmp_path)
+    try:
+        for ask in (walk.world.app.watch, walk.world.app.samples, walk.world.app.stream.start):
+            with pytest.raises(ValueError, match="does not run"):
+                ask()
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
+def test_the_watchdogs_knob_works_while_the_loop_runs_and_restarts_feed_it(board, tmp_path):
+    walk = Steps(board, tmp_path)
+    try:
+        for step, parameters in [
+            *REST,
+            ("set", {"knob": "watchdog_ms", "value": 2000}),
+            ("set", {"knob": "rest_s", "value": 3.0}),
+            ("start", {}),  # the rest alone takes longer than the watchdog waits
+            ("wait", {"ms": 2500}),
+        ]:
+            walk.do(step, **parameters)
+        port = walk.world.port
+        assert port.watchdog.timeout_ms == 2000 and walk.world.app.running
+        walk.do("set", knob="watchdog_ms", value=0)
+        walk.do("ask", name="show")
+        assert "stays at 2000 ms until a reset" in walk.world.said
+        walk.do("wait", ms=5000)
+        assert walk.world.app.running  # and is fed
+        walk.do("stop")
+        board_before = walk.world.port
+        walk.do("wait", ms=2100)  # nobody feeds it any more: the board begins anew
+        assert walk.world.port is not board_before
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
+@pytest.mark.parametrize("hard", [False, True])
+@pytest.mark.parametrize("all_of_them", [False, True])
+def test_a_safe_that_raises_once_is_called_again_when_taken_away(
+    board, hard, all_of_them, tmp_path
+):
+    steps = [*REST, ("output", {"hard": hard}), ("wait", {"ms": 50}),
+             ("output_fails", {"error": "IndexError", "safe": True}),
+             ("take_away", {"all_of_them": all_of_them})]  # fmt: skip
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("knob, value", [
+    ("sensor_hz", 200), ("rate_hz", 500), ("dlpf_hz", 94), ("filter", "float.attitude"),
+    ("failsafe_ms", 200),
+])  # fmt: skip
+@pytest.mark.parametrize("runs", [False, True])
+def test_ctrl_c_anywhere_in_set_leaves_the_knob_as_it_was(board, knob, value, runs, tmp_path):
+    steps = list(REST) if runs else []
+    for after in (0, 2, 5, 10, 15, 20, 26, 30, 40, 60, 90):
+        steps += [("set", {"knob": knob, "value": value, "how": "Ctrl-C", "after": after}),
+                  ("wait", {"ms": 20}), ("verb", {"name": "defaults"})]  # fmt: skip
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("ms", [30, 120, 300])
+def test_a_pause_after_a_restart_is_not_bridged_with_the_rate_before_it(board, ms, tmp_path):
+    steps = [
+        *REST,
+        ("move", {"kind": "free", "amplitude_deg": 25}),
+        ("wait", {"ms": 2200}),
+        ("stop", {}),
+        ("move", {"kind": "rest"}),
+        ("wait", {"ms": 900}),
+        ("start", {}),
+        ("pause", {"ms": ms}),
+        ("wait", {"ms": 300}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("kind, ms", [("timeout", 120), ("int_dead", 1100), ("nack", 300)])
+def test_the_guard_of_the_edges_and_they_never_tick_at_once(board, kind, ms, tmp_path):
+    steps = [
+        *REST,
+        ("set", {"knob": "rate_hz", "value": 1000}),
+        ("set", {"knob": "drive", "value": "data-ready"}),
+        ("wait", {"ms": 100}),
+        ("fault", {"kind": kind, "ms": ms}),
+        ("set", {"knob": "dlpf_hz", "value": 94}),
+        ("other_device", {"ms": 25}),
+        ("wait", {"ms": 300}),
+    ]
+    replay(board, steps, tmp_path)

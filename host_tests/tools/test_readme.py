@@ -33,8 +33,8 @@ def wiring():
 
 def test_the_wiring_table_is_the_one_of_the_firmware():
     with Port("rp2"):
-        from firmware.board import BOARDS
-    rows = {row[0]: {"SDA": row[4], "SCL": row[5], "INT": row[6]} for row in BOARDS}
+        from firmware.chips import ROWS
+    rows = {row.name: {"SDA": row.sda, "SCL": row.scl, "INT": row.int_pin} for row in ROWS}
     assert wiring() == rows
 
 

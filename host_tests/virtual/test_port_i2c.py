@@ -140,7 +140,9 @@ def test_held_line_times_out_after_the_timeout(rig, fault):
     bus.faults.append(make(fault, at_s=0))
     before = port.now_ns
     assert failure(i2c.readfrom, ADDRESS, 1) == TIMED_OUT[port.traits.platform]
-    assert 50e6 <= port.now_ns - before < 55e6
+    # the port's own 50 ms; the classic ESP32's block counts to 2^20 at 80 MHz
+    waits_ms = 50.0 if port.traits.platform == "rp2" else 13.1
+    assert waits_ms <= (port.now_ns - before) / 1e6 < waits_ms + 5
 
 
 def test_burst_takes_its_time_on_the_bus(rig):

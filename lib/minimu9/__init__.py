@@ -50,6 +50,17 @@ def _scale(raw: ptr8, n: int, counts: ptr16, at: int, factor: int):
         k += 1
 
 
+@micropython.viper
+def _alike(raw: ptr8, n: int) -> int:
+    """1 when all bytes are one and the same."""
+    k = 1
+    while k < n:
+        if raw[k] != raw[0]:
+            return 0
+        k += 1
+    return 1
+
+
 class _Chip(Registers):
     def __init__(self, i2c, address, name, rows):
         super().__init__(i2c, address)
@@ -80,7 +91,7 @@ class MinIMU9:
     rate_hz = 760.0
 
     def __init__(self, i2c, address=0x6B, accel_address=0x19, gyro_dps=500, accel_g=8,
-                 dlpf_hz=100, wait_ms=200):  # fmt: skip
+                 dlpf_hz=100, wait_ms=200, lock=None):  # fmt: skip
         self._choose(gyro_dps, accel_g, dlpf_hz)
         self.address = address
         self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
@@ -89,6 +100,7 @@ class MinIMU9:
         self._gyro = _Chip(i2c, address, "L3GD20", self._gyro_rows())
         self._accel = _Chip(i2c, accel_address, "LSM303DLHC", self._accel_rows())
         self._turn = self._gyro
+        self.lock = lock
         self.who_am_i = self._identify(wait_ms)
         self.configure()
 
@@ -176,6 +188,9 @@ class MinIMU9:
         _scale(self._accel_raw, 3, counts, 0, self._accel_factor)
         _scale(self._gyro_words, 3, counts, 4, self._gyro_factor)
         counts[3] = 0x80 - (self._gyro_raw[0] ^ 0x80)  # the chip counts down as it warms
+        if not self.plausible():
+            for i in range(7):
+                counts[i] = 0  # a fill pattern after the scaling too
         return 1
 
     poll = fetch
@@ -194,15 +209,15 @@ class MinIMU9:
     def finish(self):
         """No burst is ever under way."""
 
+    @micropython.native
     def plausible(self):
         """False when the last sample is a fill pattern: a dead line, a broken transfer.
 
         The gyro with its temperature and status all one byte, or the accelerometer all 0xFF or
         0xFE, which its 12 bits cannot send.
         """
-        gyro, accel = self._gyro_raw, self._accel_raw
-        filled = accel[0] >= 0xFE and accel == accel[:1] * 6
-        return not (filled or gyro == gyro[:1] * 8)
+        accel = self._accel_raw
+        return not (_alike(self._gyro_raw, 8) or (accel[0] >= 0xFE and _alike(accel, 6)))
 
     def same_part(self):
         """Whether the gyro is still the one that was identified. OSError."""

@@ -4,6 +4,22 @@
 `read()` fetches, `accel_g()`, `gyro_dps()` and `temp_c()` convert. Frame: the sensor's own,
 right-handed; flat and level reads +1 g on z. Sources: RM = register map RM-MPU-6000A r4.2,
 PS = product specification PS-MPU-6000A r3.4.
+
+What the app asks of a sensor; minimu9.MinIMU9 is another one:
+
+- `counts`: array 'h' of ax ay az temp gx gy gz, the same one for as long as it lives
+- `gyro_lsb_per_dps`, `accel_lsb_per_g`, `gyro_range_dps`, `accel_range_g`, `rate_hz`, `dlpf_hz`,
+  `delay_s` (the gyro's low-pass); `who_am_i`, `address`; `profile` with `name`, `temp_lsb_per_c`,
+  `temp_offset_c`; `split`: start() works in the background; `asleep`: wake() is needed
+- for the foreground, OSError when the bus fails: `read()`; `plausible()`, `accel_g()`,
+  `gyro_dps()`, `temp_c()` of what it fetched; `lock`: held in each transfer, or None
+- for the tick, which take no lock and never raise: `start()`, `poll()` and `fetch()` (1, or
+  -errno; poll() 0: nothing of now), `expire(age_us)`; `finish()`: the bus is free now.
+  `collect()`: poll() for a loop of one's own, OSError
+- settings: `set_up(gyro_dps, accel_g, dlpf_hz, rate_hz)`, `data_ready(enable)`, `use_bus(i2c)`
+- whether it keeps them, row by row: `rows`, `rewind()`, `check()`, `recheck()`, `repair()`;
+  whether it is the same: `same_part()`, `adopt()`; anew: `reset_chip()` and 100 ms later
+  `reset_paths()`, which is `reset()`, then `configure()`; `wake()`
 """
 
 import sys
@@ -24,7 +40,8 @@ _GYRO_CONFIG = const(0x1B)  # XG_ST YG_ST ZG_ST [7:5], FS_SEL [4:3]
 _ACCEL_CONFIG = const(0x1C)  # XA_ST YA_ST ZA_ST [7:5], AFS_SEL [4:3]
 _ACCEL_CONFIG_2 = const(0x1D)  # of the MPU-6500 family: A_DLPF_CFG [2:0]
 _FIFO_EN = const(0x23)
-_INT_PIN_CFG = const(0x37)  # INT_LEVEL [7], INT_OPEN [6], LATCH_INT_EN [5], INT_RD_CLEAR [4]
+# INT_LEVEL [7], INT_OPEN [6], LATCH_INT_EN [5], INT_RD_CLEAR [4], I2C_BYPASS_EN [1]
+_INT_PIN_CFG = const(0x37)
 _INT_ENABLE = const(0x38)  # DATA_RDY_EN [0]
 _ACCEL_XOUT_H = const(0x3B)  # accelerometer, temperature, gyro: 14 bytes, high byte first
 _SIGNAL_PATH_RESET = const(0x68)  # GYRO ACCEL TEMP [2:0]
@@ -59,19 +76,22 @@ class MPU6050(Registers):
 
     allow_unknown: take a part of an unknown WHO_AM_I for an MPU6050. wait_ms: so long it may take
     to answer. attach: it measures already and shall go on, without a reset: what differs from
-    the settings is written, nothing else; the causes of interrupts stay to be read.
+    the settings is written, nothing else; the causes of interrupts stay to be read. lock: see
+    above; for a bus that others use already.
     """
 
     NAME = "MPU6050"
 
     def __init__(self, i2c, address=0x68, gyro_dps=500, accel_g=8, dlpf_hz=44, rate_hz=1000,
-                 allow_unknown=False, wait_ms=200, attach=False, seen=None):  # fmt: skip
+                 allow_unknown=False, wait_ms=200, attach=False, seen=None,
+                 lock=None):  # fmt: skip
         gyro_code, self.gyro_lsb_per_dps = ranges.gyro(gyro_dps)
         accel_code, self.accel_lsb_per_g = ranges.accel(accel_g)
         dlpf_code, gyro_rate = ranges.dlpf(dlpf_hz)
         divider = ranges.divider(gyro_rate, rate_hz)
         self.gyro_range_dps, self.accel_range_g, self.dlpf_hz = gyro_dps, accel_g, dlpf_hz
         super().__init__(i2c, address)
+        self.lock = lock
         self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
         self._burst = bytearray(14)
         self._split, self._busy = None, _IDLE
@@ -96,29 +116,23 @@ class MPU6050(Registers):
             self.rate_hz = 8000.0  # RM-MPU-6500A p. 12: the divider works at 1 kHz only
         filter_row(self)
         if attach:
-            self._attach()
+            from mpu6050.attach import attach_to
+
+            if attach_to(self):
+                time.sleep_ms(_GYRO_START_MS)
         else:
             self.reset()
             self.configure()
 
-    def _attach(self):
-        """Write the rows that differ; the interrupts' stay as they are, and are the table's."""
-        table, byte = self._table, self._byte
-        started = True
-        self.rewind()
-        for row in range(0, len(table), 3):
-            register, value, mask = table[row : row + 3]
-            self.load(register, byte)
-            if register == _INT_PIN_CFG or register == _INT_ENABLE:
-                table[row + 1] = byte[0] & mask
-            elif (byte[0] ^ value) & mask:
-                self._apply(register, value, mask)
-                started = started and register not in (_PWR_MGMT_1, _PWR_MGMT_2)
-        if not started:
-            time.sleep_ms(_GYRO_START_MS)
-
     def use_bus(self, i2c):
         """Work on this bus object from now on, for instance after a bus recovery."""
+        if self.lock:
+            with self.lock:
+                self._use_bus(i2c)
+        else:
+            self._use_bus(i2c)
+
+    def _use_bus(self, i2c):
         self.bus = i2c
         if sys.platform == "rp2" and str(i2c).startswith("I2C("):
             if self._split:
@@ -285,6 +299,13 @@ class MPU6050(Registers):
         pin = 0x10 | (0xC0 if active_low else 0) | (0x20 if latch else 0)  # low: open drain
         self.set_bits(_INT_PIN_CFG, pin, 0xF0)
         self.set_bits(_INT_ENABLE, 1 if enable else 0, 0x01)
+
+    def bypass(self, on=True):
+        """Connect the wires behind the chip (XDA, XCL) to its bus: a magnetometer there answers
+        like any other device. It stays so when settings change and after a mended fault.
+        """
+        self.set_bits(_USER_CTRL, 0, 0x20)  # the chip is no master there
+        self.set_bits(_INT_PIN_CFG, 0x02 if on else 0, 0x02)
 
     @property
     def asleep(self):

@@ -82,7 +82,11 @@ class Registers:
         last, same = None, 0
         while True:
             try:
-                self._load(register, byte)
+                if self.lock:
+                    with self.lock:
+                        self._load(register, byte)
+                else:
+                    self._load(register, byte)
                 got = byte[0]
             except OSError as error:
                 got = -(error.args[0] if error.args else _EIO)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Runs on the board and on MicroPython's unix port (see host_tests/board/test_power_cut.py): saves
-# numbered settings, calibrations and a short file with the firmware's own code, and tells which one
-# is stored. Number 0 is what holds when nothing is stored.
+# numbered settings, calibrations and a short file with the firmware's own code, and tells which
+# one is stored. Number 0 is what holds when nothing is stored.
 
 from firmware import store
 from firmware.config import Config

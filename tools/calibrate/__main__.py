@@ -14,7 +14,6 @@ import datetime
 import math
 import sys
 
-
 from tools.deploy.link import DeployError, Gone, Link, Raised
 
 _INTRO = """Lay the sensor as each line says, take your hand off it, press Enter. Side +x is where
@@ -22,10 +21,11 @@ its x arrow points. Ctrl-C stops, and nothing is stored."""
 _UNCHANGED = "nothing new is stored; RESET the board to start its program again"
 
 _SETUP = """
-from firmware.board import find
+from firmware.board import here
 from firmware.config import Config
-board, config = find(), Config()
+board, config = here(), Config()
 notes = config.load()
+board.use(config)
 if config.watchdog_ms:  # the app started it and nothing stops it
     dog = board.watchdog(config.watchdog_ms)
     feeding = board.timer(config.watchdog_ms * 250, lambda _: dog.feed())

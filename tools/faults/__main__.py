@@ -15,8 +15,8 @@ import sys
 import time
 from pathlib import Path
 
-from tools.faults.kinds import KINDS
-from tools.faults.measure import measure
+from tools.faults.kinds import ITS_OWN, KINDS
+from tools.faults.measure import BOARDS, measure
 
 
 def summary(results):
@@ -97,11 +97,21 @@ def main(arguments=None):
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there")
     parser.add_argument("--runs", type=int, default=20, help="injections per kind and board")
     parser.add_argument("--only", nargs="+", choices=[k.name for k in KINDS], metavar="KIND")
+    parser.add_argument(
+        "--boards", nargs="+", default=BOARDS, metavar="BOARD",
+        help='"rp2", "rp2 hard", "esp32", or a chip and a version of MicroPython: "ESP32S3 1.29"',
+    )  # fmt: skip
+    parser.add_argument("--sensor", choices=("mpu6050", "minimu9"), default="mpu6050")
     parser.add_argument("--jobs", type=int, help="processes, default: one per core")
     parser.add_argument("--out", type=Path, default=Path("out/faults.png"), help="the picture")
     options = parser.parse_args(arguments)
     began = time.monotonic()
-    results = measure(options.only or [k.name for k in KINDS], options.runs, options.jobs)
+    names = options.only or [k.name for k in KINDS]
+    if options.sensor == "minimu9":
+        names = [name for name in names if name not in ITS_OWN]
+    results = measure(
+        names, options.runs, options.jobs, sensor=options.sensor, boards=options.boards
+    )
     data = summary(results)
     print(table(data))
     if options.json:

@@ -37,7 +37,9 @@ def wrap(rig, for_s):
     lead_s = rig.random.uniform(5.0, 5.5)
     rig.run((_TICKS_S - passed - lead_s) % _TICKS_S)
     rig.bus.advance(rig.port.now_ns)
-    rig.chip.set_motion(FreeMotion(round(passed), rest_s=1.2), restart=True)
+    moves = FreeMotion(round(passed), rest_s=1.2)
+    for chip in rig.chips:
+        chip.set_motion(moves, restart=True)
     for _ in range(5):  # the chip's low-pass forgets the motion before
         rig.app.imu.read()
         rig.run(0.01)

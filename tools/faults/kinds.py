@@ -62,13 +62,24 @@ KINDS = (
 )  # fmt: skip
 
 
-def bus_faults(kind, at_s, for_s, number):
-    """The kind's fault objects for one injection; a tuple parameter takes turns."""
+# of an MPU6050 only: no other part fits a MinIMU-9's place, and it has no such FIFO
+ITS_OWN = ("another_part", "fifo_overflow", "fifo_misaligned")
+# what happens in a chip, and so in each of a sensor's
+_IN_CHIPS = ("brown_out", "unplugged", "stuck_data", "saturation", "clock_off")
+
+
+def bus_faults(kind, at_s, for_s, number, addresses=(None,)):
+    """The kind's fault objects for one injection; a tuple parameter takes turns. addresses: of the
+    sensor's chips."""
     made = []
     for name, parameters in kind.faults:
         chosen = {
             key: value[number % len(value)] if isinstance(value, tuple) else value
             for key, value in parameters.items()
         }
-        made.append(make(name, at_s=at_s, for_s=for_s, seed=number, **chosen))
+        chosen.update(at_s=at_s, for_s=for_s, seed=number)
+        if name in _IN_CHIPS:
+            made += [make(name, address=address, **chosen) for address in addresses]
+        else:
+            made.append(make(name, **chosen))
     return made

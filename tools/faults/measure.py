@@ -15,28 +15,29 @@ from tools.faults.kinds import KINDS
 BOARDS = ("rp2", "rp2 hard", "esp32")
 
 
-def run(name, board, runs):
+def run(name, board, runs, sensor="mpu6050"):
     """(outcomes, uncaught exceptions) of `runs` injections of one kind on one board."""
     from tools.faults.fifo_rig import FifoRig
-    from tools.faults.rig import Rig
+    from tools.faults.rig import MinimuRig, Rig
 
     kind = next(kind for kind in KINDS if kind.name == name)
-    made = (FifoRig if kind.fifo else Rig)(kind, board)
+    rig = MinimuRig if sensor == "minimu9" else Rig
+    made = (FifoRig if kind.fifo else rig)(kind, board)
     nowhere = io.TextIOWrapper(io.BytesIO())  # the app prints warnings, and the user's exceptions
     with contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere), made as rig:
         return [rig.inject(number) for number in range(runs)], rig.uncaught
 
 
-def measure(names, runs, jobs=None, quiet=False):
+def measure(names, runs, jobs=None, quiet=False, sensor="mpu6050", boards=BOARDS):
     """{name: {board: (outcomes, uncaught)}} over the cores."""
-    work = [(name, board, runs) for name in names for board in BOARDS]
+    work = [(name, board, runs, sensor) for name in names for board in boards]
     results = {name: {} for name in names}
     context = multiprocessing.get_context("spawn")
     bar = tqdm(total=len(work) * runs, unit="fault", disable=quiet or not sys.stderr.isatty())
     with ProcessPoolExecutor(jobs or os.cpu_count(), context) as pool, bar:
         futures = {pool.submit(run, *task): task for task in work}
         for future in as_completed(futures):
-            name, board, _ = futures[future]
+            name, board, *_ = futures[future]
             results[name][board] = future.result()
             bar.update(runs)
     return results

@@ -13,12 +13,13 @@ from tools.faults.kinds import bus_faults
 from tools.recordings import up_from_quaternion, up_from_roll_pitch
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
+from tools.virtual.chip.minimu9 import L3GD20Chip, LSM303Chip
 from tools.virtual.motion import FreeMotion, Sequence, Sinusoid, Still
 from tools.virtual.port import Port
 
 REST_S = 0.8  # before the motion; the app measures the gyro's bias in it
 SETTLE_S = 2.5  # from the start of the motion to the first fault
-PERIOD_S = 0.004
+BIAS_DPS = (2.0, -1.5, 1.0)
 AGE_US, OUTPUTS = 3, 19  # places of firmware.tick.words
 SWING_DEG, SWING_HZ = 40.0, 0.398  # 100 deg/s at its fastest
 
@@ -59,30 +60,48 @@ BOARDS = {  # name: platform, MicroPython's version
 }
 
 
+def board_of(name):
+    """(platform, chip or None, version) of one of BOARDS, or of a chip and a version, as
+    "ESP32S3 1.29"."""
+    if name in BOARDS:
+        return BOARDS[name][0], None, BOARDS[name][1]
+    chip, version = name.split()
+    major, minor = version.split(".")
+    platform = "esp32" if chip.startswith("ESP32") else "rp2"
+    return platform, chip, (int(major), int(minor), 0)
+
+
 class Rig:
     """`with Rig(kind, board, seed) as rig: rig.inject(n)`; `rows` holds every tick so far.
 
-    board: one of BOARDS. A row: time s, new good burst, claimed (neither stale nor uncertain),
+    board: see board_of(). A row: time s, new good burst, claimed (neither stale nor uncertain),
     age ms; roll, pitch and yaw in millidegrees.
     """
 
     SPREAD_S = (0.0, 0.004)  # a fault begins so long after a tick
+    period_s = 0.004
 
     def __init__(self, kind, board, seed=0):
         self.kind = kind
-        self.platform, self.version = BOARDS[board]
+        self.platform, self.machine, self.version = board_of(board)
         self.random = random.Random(f"{kind.name} {board} {seed}")
         self.rows = []
-        self.chip = MPU6050Chip(
-            motion=motion(kind.motion, seed), gyro_bias_dps=(2.0, -1.5, 1.0), seed=seed + 1
-        )
-        self.bus = Bus(self.chip)
+        self.chips = self._make_chips(motion(kind.motion, seed), seed + 1)
+        self.chip = self.chips[0]
+        self.bus = Bus(*self.chips)
+
+    def _make_chips(self, moves, seed):
+        return [MPU6050Chip(moves, gyro_bias_dps=BIAS_DPS, seed=seed)]
+
+    def _choose_sensor(self):
+        """Before the app starts."""
 
     def __enter__(self):
         self._folder = tempfile.TemporaryDirectory()
         self.port = Port(
-            self.platform, {0: self.bus}, version=self.version, root=self._folder.__enter__()
-        )
+            self.platform, {0: self.bus}, machine_name=self.machine, version=self.version,
+            root=self._folder.__enter__(),
+        )  # fmt: skip
         self.port.__enter__()
         try:
             self._begin()
@@ -102,6 +121,7 @@ class Rig:
         for name, value in self.kind.knobs.items():
             self.app.config.set(name, value)
         self.port.connect_int(self.chip, self.app.board.int_pin)
+        self._choose_sensor()
         self.start()
         self.run(REST_S + SETTLE_S - self.now_s)
 
@@ -171,7 +191,8 @@ class Rig:
                 began = ended  # the app was started anew before it, and its yaw with it
         else:
             began = self.now_s + self.random.uniform(*self.SPREAD_S)
-            self.bus.faults[:] = bus_faults(kind, began, for_s, number)
+            addresses = [chip.address for chip in self.chips]
+            self.bus.faults[:] = bus_faults(kind, began, for_s, number, addresses)
             self.run(began + for_s - self.now_s)
             ended = began + for_s
             if all(fault.done for fault in self.bus.faults) and kind.name == "sda_held":
@@ -212,7 +233,7 @@ class Rig:
         last_s = None
         previous = None
         for t_s, fresh, *_ in rows:
-            late = previous is not None and t_s - previous > 1.6 * PERIOD_S
+            late = previous is not None and t_s - previous > 1.6 * self.period_s
             if fresh:
                 if last_s is None or (late and not self.kind.fifo):
                     last_s = t_s
@@ -240,6 +261,22 @@ class Rig:
         true = np.degrees(np.arctan2(2 * (x * y + w * z), w * w + x * x - y * y - z * z))
         off = np.array([row[6] for row in rows]) / 1000 - true
         return np.abs((off - off[max(0, first)] + 180) % 360 - 180)
+
+
+class MinimuRig(Rig):
+    """The same with a MinIMU-9 for a sensor: two chips, and what happens, happens to both."""
+
+    def _make_chips(self, moves, seed):
+        gyro = L3GD20Chip(moves, seed=seed, gyro_bias_dps=BIAS_DPS)
+        return [gyro, LSM303Chip(moves, seed=seed)]
+
+    def _choose_sensor(self):
+        from minimu9 import MinIMU9
+
+        self.app.imu = imu = MinIMU9(self.app.board.i2c())
+        if self.app.config.drive == "data-ready":
+            # a sample that comes while DRDY is still high makes no edge: the guard ticks next
+            self.period_s = 2 / imu.rate_hz
 
 
 def _largest(values):

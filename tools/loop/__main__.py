@@ -7,7 +7,8 @@ The app runs on the emulated RP2040 with the real MicroPython, at 250, 500 and 1
 foreground is idle, allocates, collects, answers the REPL, or allocates while the bus has faults.
 From 1.26 on the tick is a hard interrupt, which has to keep the bars below; before, it is a soft
 callback, whose figures are what they are, over a fifth of the ticks. Emulated code is some 40
-times slower than the chip: the whole takes half an hour on two cores.
+times slower than the chip: the whole takes half an hour on two cores. --upsets 10 plays, in place
+of the loads, ten emulated seconds of all that people do beside a loop, in any order.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from tools.loop import upsets
 from tools.loop.run import FAULTS, LOADS, measure
 from tools.virtual import images
 
@@ -98,7 +100,13 @@ def main(arguments=None):
     parser.add_argument("--versions", nargs="+", default=sorted(images.VERSIONS, reverse=True))
     parser.add_argument("--loads", nargs="+", choices=LOADS, default=LOADS)
     parser.add_argument("--jobs", type=int, help="processes, default: one per core")
+    parser.add_argument("--upsets", type=float, metavar="SECONDS", help="tools.loop.upsets")
+    parser.add_argument("--seed", type=int, default=1, help="of the upsets' order")
     options = parser.parse_args(arguments)
+    if options.upsets:
+        found = upsets.at_random(options.upsets, options.seed, say=print)
+        print(upsets.table(found))
+        return 1 if any(upsets.faults(seen) for seen in found) else 0
     for version in options.versions:
         images.rp2040_image(version)
     results = measured(options.versions, options.loads, options.ticks, options.jobs)

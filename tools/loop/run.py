@@ -37,7 +37,7 @@ first = marks()
 LOOK = """
 last = marks()
 s = app.stats()
-print("=", (first, last, dict(s)))
+print("=", (first, last, s))
 """
 # name, parameters, share of the time at which it begins, how long (s), ms until good samples
 FAULTS = (
@@ -48,10 +48,10 @@ FAULTS = (
 _LEAST_S = 0.4  # a brown-out under way is not over in less
 
 
-def board_for(version, **chip):
-    """(VirtualPico with the project on it, its bus); nothing runs yet."""
-    swings = motion.Sinusoid(20.0, 0.5, "roll")
-    bus = Bus(MPU6050Chip(swings, seed=3, gyro_bias_dps=(2, -1, 1), **chip))
+def board_for(version, moved=None, **chip):
+    """(VirtualPico with the project on it, its bus); nothing runs yet. moved: None, it swings."""
+    moved = moved or motion.Sinusoid(20.0, 0.5, "roll")
+    bus = Bus(MPU6050Chip(moved, seed=3, gyro_bias_dps=(2, -1, 1), **chip))
     files = {"config.txt": settings_file(rest_s=0.05)}
     return VirtualPico(bus=bus, files=files, root=True, main=False, micropython=version), bus
 

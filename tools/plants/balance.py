@@ -92,6 +92,10 @@ class Balance(Plant):
         self._height = height_m
         self._grip = 0.0
 
+    def let_go(self, t_s):
+        """It is held no longer than this."""
+        self._hold = min(self._hold, t_s)
+
     @property
     def fallen(self):
         """Leaning by more than 45 degrees."""

@@ -3,8 +3,9 @@
 
     python -m tools.plants.settings [--every N]     all of them, or each N-th; exits 1 on a failure
 
-The robot is pushed by 10 degrees and must stand; the quadcopter is asked for a step of roll, and
-its peak is compared with that of the straight mounting at the default settings.
+The robot is pushed by 10 degrees at up to 333 deg/s, beyond the smallest range, and must stand;
+the quadcopter is asked for a step of roll, and its peak is compared with that of the straight
+mounting at the same settings.
 """
 
 import argparse
@@ -79,14 +80,17 @@ def fly(name, mounting, seconds, pilot, make, **knobs):
 def push_lean_deg(mounting=STRAIGHT, **knobs):
     """The robot's lean at the end, degrees, three seconds after a push of 10 degrees."""
 
+    robot = []
+
     def pilot(app, t_s):
         if not app.balance.armed and t_s < 0.9:
             app.balance.arm()
+        if app.balance.running:  # held on, it would wind itself up, and start with a kick
+            robot[0].let_go(t_s)
 
     def make(port, pins):
-        # a range of 250 deg/s cannot follow the usual push, which turns at 333 deg/s
-        length_s = 0.1 if knobs.get("gyro_dps") == 250 else 0.06
-        return Balance(port, pins, hold_s=2.2, push=(4.0, 10.0, length_s))
+        robot.append(Balance(port, pins, hold_s=2.2, push=(4.0, 10.0, 0.06)))
+        return robot[0]
 
     return float(abs(fly("balance", mounting, 7.0, pilot, make, **knobs).log()["lean_deg"][-1]))
 
@@ -111,14 +115,16 @@ def _straight_deg(knobs):
     return step_peak_deg(**dict(knobs))
 
 
-def _check(job):
+def check(job):
+    """(whether it is good, degrees: lean or peak, that peak to the straight one's or 1, job)."""
     name, mounting, knobs = job
     if name == "balance":
         value = push_lean_deg(mounting, **knobs)
-        return value < 5.0, value, job
+        return value < 5.0, value, 1.0, job
     value = step_peak_deg(mounting, **knobs)
     straight = value if mounting == STRAIGHT else _straight_deg(tuple(knobs.items()))
-    return value > 15 and abs(value / straight - 1) < 0.1, value, job
+    ratio = value / max(straight, 0.1)
+    return 15 < value < 30 and abs(ratio - 1) < 0.1, value, ratio, job
 
 
 def jobs(every):
@@ -133,17 +139,36 @@ def jobs(every):
     return made[::every]
 
 
+def table(results):
+    """A line for each application, rate and range: over its low-passes and mountings."""
+    lines = ["%-8s %5s %6s %4s %22s %16s" % ("", "Hz", "deg/s", "runs", "lean or peak, deg",
+                                             "to straight")]  # fmt: skip
+    rows = {}
+    for result in results:
+        name, _, knobs = result[3]
+        rows.setdefault((name, knobs["rate_hz"], knobs["gyro_dps"]), []).append(result)
+    for key, found in rows.items():
+        values, ratios = [r[1] for r in found], [r[2] for r in found]
+        lines.append(
+            "%-8s %5d %6d %4d %12.2f to %6.2f %8.3f to %.3f"
+            % (*key, len(found), min(values), max(values), min(ratios), max(ratios))
+        )
+    return "\n".join(lines)
+
+
 def main():
     parser = argparse.ArgumentParser(prog="python -m tools.plants.settings", description=__doc__)
     parser.add_argument("--every", type=int, default=1)
-    work = jobs(parser.parse_args().every)
-    bad = 0
-    with ProcessPoolExecutor() as pool:
-        for good, value, job in tqdm(pool.map(_check, work), total=len(work), disable=None):
-            if not good:
-                bad += 1
-                print("%s forward %s up %s %s: %.1f" % (job[0], *job[1], job[2], value))
-    print("%d of %d stand, and step as the straight one" % (len(work) - bad, len(work)))
+    parser.add_argument("--processes", type=int, default=None)
+    arguments = parser.parse_args()
+    work = jobs(arguments.every)
+    with ProcessPoolExecutor(arguments.processes) as pool:
+        results = list(tqdm(pool.map(check, work), total=len(work), disable=None))
+    bad = [result for result in results if not result[0]]
+    for _, value, ratio, job in bad:
+        print("%s forward %s up %s %s: %.1f, %.3f" % (job[0], *job[1], job[2], value, ratio))
+    print(table(results))
+    print("%d of %d stand, and step as the straight one" % (len(work) - len(bad), len(work)))
     return 1 if bad else 0
 
 

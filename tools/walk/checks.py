@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the project promises, whatever happened. Registers are re-typed from the register map."""
 
+from copy import copy
 from math import acos, asin, atan2, cos, degrees, radians, sin
 
 from tools.virtual.motion import quaternions as quat
@@ -9,10 +10,27 @@ TILT_DEG = 3.0
 QUIET_S = 2.0
 _ZERO_YAW = 11  # places of firmware.tick.words
 _ERRORS = 20
+_AT_REST = 11  # of firmware.tick.estimate
 _DLPF_HZ = (260, 184, 94, 44, 21, 10, 5)  # DLPF_CFG (RM p. 13)
 _GYRO_DPS = (250, 500, 1000, 2000)  # FS_SEL (RM p. 31)
 _ACCEL_G = (2, 4, 8, 16)  # AFS_SEL (RM p. 29)
 _SAFE_US = {"quad": 1000, "balance": 0}
+
+
+def _twin(controller, app):
+    """A controller made anew from the same knobs."""
+    made = copy(controller)
+    made.tune(app.period_us)
+    return made
+
+
+def _gains(controller):
+    """All numbers that come from knobs and the period."""
+    found = [value for value in vars(controller).values() if isinstance(value, int)]
+    if hasattr(controller, "pid"):
+        return found, list(controller.pid._coef)
+    words = controller.control._s
+    return found, [list(words[at : at + 16]) for at in (16, 36, 56)]
 
 
 class Checks:
@@ -28,6 +46,8 @@ class Checks:
         self.bias_known = False
         self.blind = False
         self.looked_s = world.now_s
+        self.unseen_dps = 0.0  # the fastest turn of the outage that is
+        self.rested = False  # whether it was called a rest when that began
 
     # ---- what the steps tell
 
@@ -76,6 +96,7 @@ class Checks:
         world, app = self.world, self.world.app
         now = world.now_s
         self._drift(now - self.looked_s)
+        self._outage(app)
         self.looked_s = now
         self.zeroing = self.zeroing and app.running and app.tick.words[_ZERO_YAW] == 1
         self._nothing_raised(app)
@@ -95,18 +116,34 @@ class Checks:
         assert world.port.errors == [], world.port.errors
         assert app.tick.words[_ERRORS] == 0, app.tick.error
         assert app.foreground.error is None, repr(app.foreground.error)
-        assert app.outputs.failed == 0, repr(app.outputs.error)
+        raised = sum(motor.raised for motor in world.made)
+        assert app.outputs.failed <= raised, repr(app.outputs.error)
 
     def _drift(self, dt_s):
         rate = self.world.motion.rate_dps(self.looked_s)
         self.allowed += dt_s * ((0.1 if self.bias_known else 2.0) + 0.015 * rate)
 
+    def _outage(self, app):
+        """What turns from rest to rest in an outage of more than a second nobody can know."""
+        if not app.running or app.age_us < 20000:
+            self.unseen_dps, self.rested = 0.0, app.tick.est[_AT_REST] == 1
+            return
+        rate = self.world.motion.rate_dps(self.world.now_s)
+        self.unseen_dps = max(self.unseen_dps, rate)
+        if self.rested and app.age_us > 1000000 and self.unseen_dps > 1:
+            self.reference = None
+
     def _motors(self, app, now):
+        limit = app.config.failsafe_ms / 1000 + 0.03
+        for motor in self.world.motors:
+            if motor.on:
+                assert app.running, "the loop has ended, and an output has not its safe value"
+                since = now - max(motor.at_ns / 1e9, self.held_s)
+                assert since < limit, "an output is not fed for %.3f s" % since
         for name, safe_us in _SAFE_US.items():
             if not app.has(name):
                 continue
             armed = getattr(app, name).armed
-            limit = app.config.failsafe_ms / 1000 + 0.03
             for pin in app.board.outputs:
                 pwm = self.world.port.pin(pin).pwm
                 at_ns, freq, duty = pwm.history[-1]
@@ -130,6 +167,8 @@ class Checks:
         for knob, value in config.values().items():
             if knob.startswith(name + "_"):
                 assert settings[knob[len(name) + 1 :]] == value, knob
+        for controller in (getattr(app, n) for n in ("quad", "balance") if app.has(n)):
+            assert _gains(controller) == _gains(_twin(controller, app)), "its gains"
         assert app.tick.now[2] is app.filter
         assert app.tick.words[5] == 1000 * config.failsafe_ms
         assert abs(app.period_us * config.rate_hz / 1e6 - 1) < 0.03, app.period_us

@@ -6,7 +6,8 @@ import tempfile
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 
-from tools.walk.steps import PLAIN_FAULTS, Steps
+from tools.walk.motor import ERRORS
+from tools.walk.steps import EDITS, PLAIN_FAULTS, Steps
 from tools.walk.world import BOARDS
 
 _VALUES = {  # beside the edges of each knob's range
@@ -20,7 +21,7 @@ _VALUES = {  # beside the edges of each knob's range
 }
 _BAD = (None, "", "fast", -1, 1e9, float("nan"), float("inf"), True, 2.5, (), -1e-9)
 _how = st.sampled_from([None, None, None, None, "Ctrl-C", "Ctrl-C", "power cut"])
-_after = st.integers(0, 40)
+_after = st.integers(0, 40) | st.integers(0, 600)
 _ms = st.sampled_from([5, 20, 60, 150, 300, 700])
 _mostly = st.sampled_from([True, True, True, False])
 robots = st.sampled_from(["balance", "quad"])
@@ -170,6 +171,37 @@ class Walk(RuleBasedStateMachine):
           after=_after)  # fmt: skip
     def long_verb(self, name, how, after):
         self.do("verb", name=name, how=how, after=after)
+
+    @rule(ms=st.sampled_from([1, 25, 120]))
+    def other_device(self, ms):
+        self.do("other_device", ms=ms)
+
+    @rule()
+    def read(self):
+        self.do("read")
+
+    @rule()
+    def second_app(self):
+        self.do("second_app")
+
+    @rule(what=st.sampled_from(sorted(EDITS)), main_py=_mostly)
+    def edit(self, what, main_py):
+        self.do("verb", name="save")
+        self.do("edit", what=what)
+        if main_py:
+            self.begin(main_py)
+
+    @rule(hard=st.booleans())
+    def output(self, hard):
+        self.do("output", hard=hard)
+
+    @rule(error=st.sampled_from([kind.__name__ for kind in ERRORS] + ["none"] * 3), safe=_mostly)
+    def output_fails(self, error, safe):
+        self.do("output_fails", error=error, safe=not safe)
+
+    @rule(all_of_them=st.booleans())
+    def take_away(self, all_of_them):
+        self.do("take_away", all_of_them=all_of_them)
 
     @rule(name=st.sampled_from(["stats", "show", "changed", "sample", "report", "help", "repr"]))
     def ask(self, name):

@@ -3,10 +3,12 @@
 written down as a list of (name, parameters), and walked again with replay()."""
 
 import importlib
+from pathlib import Path
 
 from tools.virtual import faults
 from tools.virtual.port import VirtualReset
-from tools.walk.world import PowerCut, World
+from tools.walk.motor import ERRORS, Motor
+from tools.walk.world import World
 
 CHIP_KNOBS = (
     "gyro_dps",
@@ -30,7 +32,16 @@ PLAIN_FAULTS = {
     "int_dead": {},
     "saturation": {"accel_g": (0, 0, 0), "gyro_dps": (3000, 0, 0)},
 }
-BREAKS = {"Ctrl-C": KeyboardInterrupt, "power cut": PowerCut, None: None}
+EDITS = {  # of config.txt, by hand: its text before -> after
+    "a value": lambda text: text.replace("rate_hz = 250", "rate_hz = 400"),
+    "a wrong value": lambda text: text.replace("gyro_dps = ", "gyro_dps = 7"),
+    "no number": lambda text: text.replace("rest_s = ", "rest_s = fast"),
+    "not together": lambda text: text.replace("drive = timer", "drive = data-ready").replace(
+        "rate_hz = 250", "rate_hz = 700"
+    ),
+    "cut": lambda text: text[: len(text) // 2],
+    "empty": lambda text: "",
+}
 
 
 class Steps:
@@ -88,11 +99,11 @@ class Steps:
 
     # ---- the REPL's verbs
 
-    def _call(self, function, *arguments, how=None, after=0):
-        """One call; True when it returned. `how`: a key of BREAKS."""
+    def _call(self, function, *arguments, **how):
+        """One call; True when it returned. `how`: of World.call()."""
         world = self.world
         world.checks.trouble()
-        error = world.call(function, *arguments, raising=BREAKS[how], after=after)
+        error = world.call(function, *arguments, **how)
         world.checks.trouble()
         return not isinstance(error, BaseException)
 
@@ -119,7 +130,8 @@ class Steps:
         if knob in CHIP_KNOBS:
             world.checks.changed()
         if plainly:
-            done = self._call(setattr, app.config, knob, value, how=how, after=after)
+            may = (ValueError, OSError, AttributeError)
+            done = self._call(setattr, app.config, knob, value, how=how, after=after, refusals=may)
         else:
             done = self._call(app.set, knob, value, how=how, after=after)
         if world.app is not app:
@@ -140,20 +152,23 @@ class Steps:
 
     def ask(self, name):
         """Something that changes nothing."""
-        app = self.world.app
-        if name in ("sample", "report") and (app.imu is None or not app.running):
-            return
+        world = self.world
+        app = world.app
         if name == "repr":
             assert "App" in repr(app)
             return
         self._call(getattr(app, name))
+        if name == "show":
+            lines = world.said.splitlines()[: len(app.config.values())]
+            shown = dict(line[2:].split()[:2] for line in lines)
+            assert shown == {name: str(value) for name, value in app.config.values().items()}
 
     def watch(self, key=False):
         """app.watch(0.05), or until a key, which must not be the REPL's."""
         world = self.world
         world.port.stdin = "q" if key else ""
-        self._call(world.app.watch, None if key else 0.05)
-        assert world.port.stdin == "", "the key stays in the line"
+        if self._call(world.app.watch, None if key else 0.05):
+            assert world.port.stdin == "", "the key stays in the line"
 
     def calibrating(self):
         """Its first step; then start() goes on."""
@@ -183,6 +198,68 @@ class Steps:
             await aio.wait_for(aio.gather(*[read() for _ in range(count)]), 2)
 
         self._call(aio.run, all_of_them())
+
+    def other_device(self, ms):
+        """Something else on the sensor's bus is talked to for a while."""
+        world = self.world
+
+        def talk():
+            with world.app.bus:
+                world.port.clock.hold(ms * 1000000)
+
+        self._call(talk)
+        world.checks.trouble(held=True)
+
+    def read(self):
+        """app.imu.read() beside the loop."""
+        imu = self.world.app.imu
+        if imu is not None:
+            self._call(imu.read)
+
+    def second_app(self):
+        """Another App on the same sensor is refused, and the first one goes on."""
+        world = self.world
+        if not world.app.running:
+            return
+        other = type(world.app)()
+        assert not self._call(other.start) and not other.running, "a second App has the sensor"
+
+    def edit(self, what):
+        """config.txt by hand, and a restart."""
+        path = Path(self.world.folder, "config.txt")
+        if path.exists():
+            path.write_text(EDITS[what](path.read_text()))
+        self.world.power_cycle(False)
+
+    # ---- the user's own outputs
+
+    def output(self, hard):
+        """app.outputs.add() of one that does what it should."""
+        world = self.world
+        motor = Motor(world.port.clock, hard)
+        world.motors.append(motor)
+        world.made.append(motor)
+        self._call(lambda: world.app.outputs.add(motor.update, motor.safe, hard=hard))
+
+    def output_fails(self, error, safe=False):
+        """The last one raises from now on, or does its work again; or its next safe() raises."""
+        if self.world.motors:
+            motor = self.world.motors[-1]
+            kind = next((kind for kind in ERRORS if kind.__name__ == error), None)
+            if safe:
+                motor.fails_once = kind
+            else:
+                motor.fails = kind
+
+    def take_away(self, all_of_them):
+        """outputs.remove() of the last one, or outputs.clear()."""
+        world = self.world
+        if all_of_them:
+            self._call(world.app.outputs.clear)
+            world.cleared()
+        elif world.motors:
+            self._call(world.app.outputs.remove, world.motors[-1].update)
+            assert not world.motors.pop().on
 
     # ---- applications
 

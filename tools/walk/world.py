@@ -7,6 +7,7 @@ import io
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.port import Port
+from tools.walk.break_in import ctrl_c
 from tools.walk.checks import Checks
 from tools.walk.motion import Moved
 
@@ -36,7 +37,7 @@ class World:
         self.bus = Bus(self.chip)
         self.port = self.app = None
         self.should_run = False
-        self.said = ""
+        self.said, self.result = "", None
         self._after = None  # what a transfer of the program raises, and after how many
         self._boot(0)
 
@@ -54,6 +55,8 @@ class World:
         from firmware.app import App
 
         self._after = None
+        self.motors = []  # tools.walk.motor.Motor: the user's own outputs
+        self.made = []  # those that were taken away too
         self._listen()
         self.app = App()
         self.port.connect_int(self.chip, self.app.board.int_pin)
@@ -101,14 +104,11 @@ class World:
         def hook(wire):
             after(wire)
             clock = self.port.clock
-            if not self._after or not clock.in_foreground or clock.scheduler.running:
+            if self._after is None or not clock.in_foreground or clock.scheduler.running:
                 return
-            error, left = self._after
-            self._after = (error, left - 1)
-            if left <= 0:
-                if error is KeyboardInterrupt:
-                    self._after = None
-                raise error
+            self._after -= 1
+            if self._after < 0:
+                raise PowerCut
 
         return hook
 
@@ -126,23 +126,30 @@ class World:
             self.port.run_ms(min(_SLICE_MS, (until - self.port.now_ns) / 1e6))
             self.checks.look()
 
-    def call(self, function, *arguments, raising=None, after=0):
-        """What the user's call returns, or the exception that he may see. `raising`: Ctrl-C or
-        a power cut in it, after so many transfers."""
-        self._after = raising and (raising, after)
+    def call(self, function, *arguments, how=None, after=0, refusals=(ValueError, OSError)):
+        """What the user's call returns, or the exception that he may see. how: "Ctrl-C" at the
+        after-th jump of the program, "power cut" after so many transfers, or None."""
+        self._after = after if how == "power cut" else None
         said = io.TextIOWrapper(io.BytesIO(), newline="")
-        result = None
+        clock, result = self.port.clock, None
+        breaking = ctrl_c(clock, after) if how == "Ctrl-C" else contextlib.nullcontext()
         try:
-            with contextlib.redirect_stdout(said):
+            with contextlib.redirect_stdout(said), breaking:
                 result = function(*arguments)
-        except (ValueError, OSError, KeyboardInterrupt, PowerCut) as error:
+        except (*refusals, KeyboardInterrupt, PowerCut) as error:
             result = error
         finally:
             self._after = None
             said.flush()
             self.said = said.buffer.getvalue().decode()
-        if raising is PowerCut and isinstance(result, PowerCut):
+        if isinstance(result, PowerCut):
             self.power_cycle(True)
             return result
+        self.result = result
         self.checks.called(result)
         return result
+
+    def cleared(self):
+        """The user has taken all outputs away."""
+        assert not any(motor.on for motor in self.motors)
+        self.motors = []

@@ -176,6 +176,16 @@ class QuadControl:
         s[1] = pitch_mdeg
         s[2] = yaw_mdeg
 
+    def go_on_from(self, old):
+        """Its targets, integrals and past rates, for the same motors; None: from nothing."""
+        if old is None:
+            return
+        for place in range(3):
+            self._s[place] = old._s[place]
+        for axis in range(3):
+            for k in range(16, 19):
+                self._s[_AXES + axis * 20 + k] = old._s[_AXES + axis * 20 + k]
+
     @property
     def torque(self):
         """Roll, pitch, yaw torque asked for by the loops, permille (makes a tuple)."""

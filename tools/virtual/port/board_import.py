@@ -98,6 +98,8 @@ class Importer:
 
     def board_print(self, *values, **settings):
         self.port.hard.refuse("print")
+        if settings.get("file") is None:
+            self.port.console.write(len(" ".join(map(str, values))) + 2)
         print(*values, **settings)
 
     def find_spec(self, fullname, path=None, target=None):

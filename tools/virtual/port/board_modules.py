@@ -40,6 +40,7 @@ class _Output:
 
     def write(self, data):
         self._port.hard.refuse("print")
+        self._port.console.write(len(data))
         return self._find().write(data)
 
 
@@ -79,8 +80,8 @@ def make_sys(port):
     module.version = "3.4.0; MicroPython v%d.%d.%d" % port.version
     module.version_info = (3, 4, 0)
     module.implementation = types.SimpleNamespace(
-        name="micropython", version=(*port.version, ""), _machine=port.traits.machine,
-        _mpy=_mpy(port), _build=port.traits.build,
+        name="micropython", version=(*port.version, ""),
+        _machine=port.traits.machine_text(port.version), _mpy=_mpy(port), _build=port.traits.build,
     )  # fmt: skip
     module.stdin = _Input(port)
     module.stdout = _Output(port, lambda: host_sys.stdout)
@@ -98,7 +99,7 @@ def _uname(port):
     release = "%d.%d.%d" % port.version
     fields = {
         "sysname": port.traits.platform, "nodename": port.traits.platform, "release": release,
-        "version": "v%s" % release, "machine": port.traits.machine,
+        "version": "v%s" % release, "machine": port.traits.machine_text(port.version),
     }  # fmt: skip
     return types.SimpleNamespace(**fields)
 
@@ -167,8 +168,8 @@ def make_gc(port):
 
 
 class Poll:
-    """`select.poll()` for the standard streams: output is always ready, input when `port.stdin`
-    holds something.
+    """`select.poll()` for the standard streams: output as port.console says, input when
+    `port.stdin` holds something.
     """
 
     def __init__(self, port):
@@ -187,7 +188,8 @@ class Poll:
     def _ready(self):
         found = []
         for stream, events in self._streams:
-            bits = events & (4 if not isinstance(stream, _Input) else 0)
+            writable = not isinstance(stream, _Input) and self._port.console.ready()
+            bits = events & (4 if writable else 0)
             if isinstance(stream, _Input) and self._port.stdin:
                 bits |= events & 1
             if bits:

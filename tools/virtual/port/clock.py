@@ -133,6 +133,9 @@ class Clock:
         """Wait until `deadline_ns`, event by event."""
         self.breathe()
         while self.now_ns < deadline_ns:
+            if self.scheduler.queue and not self.scheduler.running and self.in_foreground:
+                self.breathe()  # a wait checks again and again
+                continue
             step = min(self._next_ns(), deadline_ns)
             self._advance(step)
             if step > self.now_ns:

@@ -96,6 +96,12 @@ def _memory_address(memaddr, addrsize):
 class Transfers(Methods):
     """Byte transfers on a Wire with the port's errors; `_freq` in Hz, `_timeout` in us."""
 
+    _length = 0  # bytes of the transfer under way
+
+    def _stuck_ns(self):
+        """How long it waits for a line that is held low."""
+        return self._timeout * 1000
+
     def _run(self, transfer):
         """Do one transfer: claims the wire, charges the software's time, turns bus errors into a
         negative errno.
@@ -108,7 +114,7 @@ class Transfers(Methods):
                 raise BusStuck("scl")
             return transfer(wire, 1_000_000_000 // self._freq)
         except BusStuck:
-            wire.clock.hold(self._timeout * 1000)
+            wire.clock.hold(self._stuck_ns())
             return -traits.etimedout
         except ArbitrationLost:
             return -self._arbitration_errno()
@@ -121,10 +127,11 @@ class Transfers(Methods):
         """The block was taken by an interrupt: what was asked for is flushed, and never comes."""
         if not collision.reading:
             return -self._arbitration_errno()
-        wire.clock.hold(self._timeout * 1000)
+        wire.clock.hold(self._stuck_ns())
         return -self._port.traits.etimedout
 
     def _write(self, addr, data, stop):
+        self._length = len(data)
         if not data:
             return self._probe(addr)
         return self._run(lambda wire, bit_ns: self._write_bytes(wire, bit_ns, addr, data, stop))

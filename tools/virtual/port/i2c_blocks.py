@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`machine.I2C` of each port: arguments, text and errors of ports/rp2 and ports/esp32 of 1.25."""
+"""`machine.I2C` of each port: arguments, text, errors, patience of ports/rp2 and ports/esp32."""
 
 from .i2c import Transfers
 from .traits import EIO
@@ -92,8 +92,18 @@ class Rp2I2C(HardwareI2C):
             wire.release(self)
 
 
+_NEW_DRIVER = (1, 29)  # with ESP-IDF 5.5.2
+_RTOS_MS = 10  # a tick of FreeRTOS, in which that one waits
+_DEAF_NS = 1_000_000_000  # at most
+
+
 class Esp32I2C(HardwareI2C):
-    """A byte not acknowledged is ENODEV, a held line or lost arbitration ETIMEDOUT (116)."""
+    """A byte not acknowledged is ENODEV, a held line or lost arbitration ETIMEDOUT (116).
+
+    How long it waits depends on chip and version: the block's own limit; 100 ms for each byte
+    where the time-out is not heeded; whole ticks of FreeRTOS with the new driver, for which a
+    time-out of less than one is over before it begins, and every failure ENODEV.
+    """
 
     _text = "I2C(%(id)d, scl=%(scl)d, sda=%(sda)d, freq=%(_freq)d)"
 
@@ -109,6 +119,25 @@ class Esp32I2C(HardwareI2C):
     def _arbitration_errno(self):
         return self._port.traits.etimedout
 
+    @property
+    def _new(self):
+        return self._port.version >= _NEW_DRIVER
+
+    def _stuck_ns(self):
+        traits = self._port.traits
+        if self._new:
+            return self._timeout // 1000 // _RTOS_MS * _RTOS_MS * 1_000_000
+        if self._port.version < traits.i2c_deaf_before:
+            return min(_DEAF_NS, 100_000_000 * (1 + self._length))
+        return min(self._timeout, traits.i2c_longest_us) * 1000
+
+    def _run(self, transfer):
+        if self._new and not self._stuck_ns():
+            self._wire().clock.hold(self._port.traits.i2c_overhead_ns)
+            return -self._port.traits.enodev
+        result = super()._run(transfer)
+        return -self._port.traits.enodev if self._new and result < 0 else result
+
     def _data_nack(self, index):
         return -self._port.traits.enodev
 
@@ -117,6 +146,7 @@ class Esp32I2C(HardwareI2C):
 
     def _read_memory(self, addr, register, view):
         """One transfer with a repeated START."""
+        self._length = len(register) + len(view)
         return self._run(lambda wire, bit_ns: self._combined(wire, bit_ns, addr, register, view))
 
     def _combined(self, wire, bit_ns, addr, register, view):

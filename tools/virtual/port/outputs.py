@@ -16,7 +16,7 @@ class VirtualReset(BaseException):
 
 class PWM:
     """Frequency in hertz and duty as on the port; every change goes to `history` as (t_ns, freq,
-    duty_ns).
+    duty_u16). An ESP32's begins with 5 kHz and half of the period unless it is told otherwise.
     """
 
     _port = None
@@ -26,6 +26,10 @@ class PWM:
         self._state.function, self._state.pwm = "PWM", self
         self._freq = 5000 if self._port.traits.platform == "esp32" else 0
         self._u16, self.history = 0, deque(maxlen=100_000)
+        told = [duty_u16, duty_ns, settings.get("duty")]
+        if self._port.traits.platform == "esp32" and told == [None, None, None]:
+            self._u16 = 32768
+            self._record()
         self.init(freq=freq, duty_u16=duty_u16, duty_ns=duty_ns, **settings)
 
     def init(self, freq=None, duty_u16=None, duty_ns=None, duty=None, invert=None):

@@ -12,6 +12,7 @@ from tools.virtual import viper
 from . import async_loop, board_modules, machine, micropython, ticks, traits
 from .board_import import ROOT, Importer, board_code
 from .clock import Clock
+from .console import Console
 from .hard import HardInterrupts
 from .outputs import VirtualReset
 from .peripherals import Peripherals
@@ -39,8 +40,9 @@ class Port:
     scl)} fixes the pins a bus is soldered to; `reset_cause` what `machine.reset_cause()` says;
     `gc_ns` the time of a collection. `machine`, `micropython`, `rp2` or `esp32` are importable
     inside; board code is imported afresh and sees the board's `time`, `sys`, `os`, `gc`, `select`,
-    `errno`, `asyncio` too; the host's `time` has the ticks functions added. `errors` are the
-    exceptions that left a callback, and what a hard one may not do (hard.py).
+    `errno`, `asyncio` too; the host's `time` has the ticks functions added.
+    `console.reading` is whether somebody reads what the board prints. `errors` are the exceptions
+    that left a callback, and what a hard one may not do (hard.py).
     """
 
     def __init__(
@@ -51,6 +53,7 @@ class Port:
         self.traits = traits.find(platform, machine_name)
         self.version = version
         self.clock = Clock(Scheduler(self._report), pace)
+        self.console = Console(self.clock, self.traits.console)
         self.buses = dict(buses or {})
         self.root = root
         self.pins = Pins(self, wiring)
@@ -115,8 +118,12 @@ class Port:
         return self.clock.scheduler.dropped
 
     def run_ms(self, ms):
-        """Let the main program wait: timers, interrupts and soft callbacks run."""
+        """Let the main program wait: timers, interrupts and soft callbacks run, also those that
+        wait at its end.
+        """
         self.clock.sleep(int(ms * 1_000_000))
+        for _ in range(self.clock.scheduler.depth):
+            self.clock.breathe()
 
     def timer_us(self):
         return self.clock.now_ns // 1000 + ticks.PERIOD - int(self._before_wrap_s * 1e6)

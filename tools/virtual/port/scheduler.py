@@ -9,9 +9,7 @@ DEPTH = 8
 
 
 class Scheduler:
-    """Soft callbacks wait here; `run()` empties the queue, and callbacks never pre-empt each
-    other.
-    """
+    """Soft callbacks wait here; `run()` runs one, and callbacks never pre-empt each other."""
 
     def __init__(self, report=None, depth=DEPTH):
         self.report = report  # takes the exception of a callback; None lets it through
@@ -29,14 +27,13 @@ class Scheduler:
         return True
 
     def run(self):
-        """Run what waits, unless a callback is running already."""
-        if self.running:
+        """Run the first that waits, unless a callback is running already: one for each check."""
+        if self.running or not self.queue:
             return
         self.running = True
         try:
-            while self.queue:
-                function, argument = self.queue.popleft()
-                self._call(function, argument)
+            function, argument = self.queue.popleft()
+            self._call(function, argument)
         finally:
             self.running = False
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What differs between the ports, from MicroPython 1.25 (ports/rp2, ports/esp32)."""
+"""What differs between the ports (ports/rp2, ports/esp32), chips and MicroPython's versions."""
 
 from typing import NamedTuple
 
@@ -25,6 +25,16 @@ class Traits(NamedTuple):
     wdt_max_ms: int
     native: int  # code of the processor's native .mpy (py/persistentcode.h)
     build: str
+    console: str = "rp2"  # see console.py
+    i2c_longest_us: int = 1 << 30  # of a time-out that the I2C block can be set to
+    i2c_deaf_before: tuple = (0, 0)  # older versions do not set it
+
+    def machine_text(self, version):
+        """What sys.implementation._machine says: ESP-IDF's name of the chip from 1.29 on."""
+        board, _, chip = self.machine.rpartition(" with ")
+        if version >= (1, 29) and chip[:5] == "ESP32" and len(chip) == 7:
+            chip = "ESP32-" + chip[5:]
+        return "%s with %s" % (board, chip)
 
 
 EIO = 5
@@ -55,11 +65,12 @@ def _rp2(machine, cpu_hz, pin_count, blocks, timer, native=_ARMV6M, build="RPI_P
 
 def _esp32(
     machine, cpu_hz, pin_count, timer_count, pins=((19, 18), (26, 25)), native=_XTENSAWIN,
-    build="ESP32_GENERIC",
+    build="ESP32_GENERIC", console="uart", longest_us=1 << 30, deaf_before=(0, 0),
 ):  # fmt: skip
     return Traits(
         "esp32", machine, cpu_hz, pin_count, pins, 50_000, 60_000, 19, 116,
         (), None, tuple(range(timer_count)), _ESP32_CAUSES, _ESP32_PIN, {}, 1 << 31, native, build,
+        console, longest_us, deaf_before,
     )  # fmt: skip
 
 
@@ -75,14 +86,23 @@ MACHINES = {
         "Raspberry Pi Pico2 with RP2350", 150_000_000, 30, (0x40090000, 0x40098000), 0x400B0000,
         _ARMV7EMSP, "RPI_PICO2",
     ),
-    "ESP32": _esp32("Generic ESP32 module with ESP32", 160_000_000, 40, 4),
+    # the classic chip's time-out is 20 bits of 80 MHz
+    "ESP32": _esp32("Generic ESP32 module with ESP32", 160_000_000, 40, 4, longest_us=13_107),
+    "ESP32S2": _esp32(
+        "Generic ESP32S2 module with ESP32S2", 160_000_000, 47, 4, ((19, 18), (8, 9)),
+        build="ESP32_GENERIC_S2", console="cdc",
+    ),
     "ESP32S3": _esp32(
         "Generic ESP32S3 module with ESP32S3", 160_000_000, 49, 4, ((19, 18), (8, 9)),
-        build="ESP32_GENERIC_S3",
+        build="ESP32_GENERIC_S3", console="cdc", deaf_before=(1, 27),
     ),
     "ESP32C3": _esp32(
         "ESP32C3 module with ESP32C3", 160_000_000, 22, 2, ((19, 18),), RV32IMC,
-        "ESP32_GENERIC_C3",
+        "ESP32_GENERIC_C3", "jtag", deaf_before=(1, 27),
+    ),
+    "ESP32C6": _esp32(
+        "ESP32C6 module with ESP32C6", 160_000_000, 31, 2, ((7, 6),), RV32IMC,
+        "ESP32_GENERIC_C6", "jtag", deaf_before=(1, 27),
     ),
 }  # fmt: skip
 DEFAULT = {"rp2": "RP2040", "esp32": "ESP32"}

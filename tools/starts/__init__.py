@@ -1,23 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Starts of the whole app: on a poor bus, powered together with its sensor; and at every setting.
+"""Starts of the whole app at rest: on a poor bus, powered with its sensor; at every setting.
 
-    python -m tools.starts [--runs 1000] [--json FILE]
-
-Each start has its own sensor (gyro bias within +-20 deg/s), which answers 0 to 100 ms after the
-board runs; one transfer in 200 is not acknowledged. Timed from the moment the sensor answers.
-Then every dlpf_hz with some sensor_hz and every part, at rest on a good bus: the bias it finds.
+Each start has its own sensor (gyro bias within +-20 deg/s), which answers some time after the
+board runs. Timed from the moment it answers.
 """
 
-import argparse
 import contextlib
 import io
-import json
-import os
 import random
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
-
-from tqdm import tqdm
 
 from tools.faults.rig import BOARDS
 from tools.virtual import Bus, MPU6050Chip, Port, faults
@@ -25,8 +16,6 @@ from tools.virtual import Bus, MPU6050Chip, Port, faults
 LATE_MS = 100
 FAILING = 1 / 200
 BIAS_DPS = 20.0
-
-
 DLPF_HZ = (260, 184, 94, 44, 21, 10, 5)
 SENSOR_HZ = (4, 10, 50, 200, 1000)
 PARTS = ("MPU6050", "MPU6500", "MPU9250", "MPU9255", "MPU6515", "ICM20689")
@@ -91,40 +80,3 @@ def at(setting):
     dlpf_hz, sensor_hz, part = setting
     seed = settings().index(setting)
     return start(seed, 0.0, 0, part, dlpf_hz=dlpf_hz, sensor_hz=sensor_hz)
-
-
-def measure(work, items, jobs=None, quiet=False):
-    """The results of work(item), over the cores."""
-    with ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
-        done = pool.map(work, items, chunksize=4)
-        return list(tqdm(done, total=len(items), unit="start", disable=quiet))
-
-
-def told(title, results):
-    """Print the figures; returns them."""
-    figures = summary(results)
-    print(title)
-    for name, value in figures.items():
-        print("  %-18s %s" % (name, value))
-    for text in {r["error"] for r in results if "error" in r}:
-        print(text)
-    return figures
-
-
-def main():
-    """The command."""
-    parser = argparse.ArgumentParser(prog="python -m tools.starts", description=__doc__)
-    parser.add_argument("--runs", type=int, default=1000)
-    parser.add_argument("--json", metavar="FILE")
-    arguments = parser.parse_args()
-    poor = measure(start, range(arguments.runs), quiet=None)
-    figures = {"poor_bus": told("one transfer in 200 failing, sensor 0 to 100 ms late", poor)}
-    rest = measure(at, settings(), quiet=None)
-    figures["settings"] = told("every low-pass, rate and part, at rest", rest)
-    if arguments.json:
-        with open(arguments.json, "w") as file:
-            json.dump(figures, file, indent=1)
-
-
-if __name__ == "__main__":
-    main()

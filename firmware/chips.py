@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""What each chip can do, and which pins a board has for us by default: data, and its questions.
+
+The exact chip decides, the word after "with" in what sys.implementation._machine says; boards
+with something else on those pins have rows of their own. Pin numbers are GPIO numbers. Sources:
+data sheets of RP2040, RP2350, ESP32, -S2, -S3, -C3, -C6; MicroPython's ports/*/boards.
+"""
+
+
+class Row:
+    """A chip, or a board on it.
+
+    name; platform and chip (None: unknown); by default sda, scl, int_pin (None: nobody knows) and
+    outputs; timers: the ids of MicroPython's; buses: I2C blocks; pins: how many GPIO numbers;
+    gone: those that do not exist, or hold flash, USB, console, radio; inputs: those without an
+    output; straps: {pin: its level when the board boots}; least: MicroPython's version;
+    deaf_before: older ones do not heed the bus's timeout.
+    """
+
+    gone = inputs = outputs = ()
+    straps = {}  # type: dict
+    sda = scl = int_pin = chip = None
+    timers = (0, 1)
+    buses, pins = 2, 64
+    least, deaf_before = (1, 23), (0, 0)
+
+    def __init__(self, name, platform, **facts):
+        self.name, self.platform = name, platform
+        for fact in facts:
+            setattr(self, fact, facts[fact])
+
+    def but(self, name, **facts):
+        """The same for one board."""
+        own = self.__dict__.copy()
+        del own["name"]
+        own.update(facts)
+        return Row(name, **own)
+
+
+_PICO = {"sda": 4, "scl": 5, "int_pin": 6, "outputs": (16, 17, 18, 19), "timers": (-1,)}
+_RADIO = (23, 24, 25, 29)  # of a Pico W
+_ETHERNET = {"sda": None, "scl": None, "int_pin": None, "outputs": ()}  # RMII takes 21 and 22
+
+ROWS = (
+    Row("Pico", "rp2", chip="RP2040", pins=30, **_PICO),
+    Row("Pico W", "rp2", chip="RP2040", pins=30, gone=_RADIO, **_PICO),
+    Row("Pico 2", "rp2", chip="RP2350", pins=48, **_PICO),
+    Row("Pico 2 W", "rp2", chip="RP2350", pins=30, gone=_RADIO, **_PICO),
+    Row(
+        "ESP32", "esp32", chip="ESP32", sda=21, scl=22, int_pin=19, outputs=(25, 26, 27, 14),
+        timers=(0, 1, 2, 3), pins=40, gone=(1, 3, 6, 7, 8, 9, 10, 11, 24, 28, 29, 30, 31),
+        inputs=(34, 35, 36, 37, 38, 39), straps={0: 1, 12: 0},
+    ),
+    Row(
+        "ESP32-S2", "esp32", chip="ESP32S2", sda=8, scl=9, int_pin=10, outputs=(4, 5, 6, 7),
+        timers=(0, 1, 2, 3), pins=47, inputs=(46,), straps={0: 1, 45: 0, 46: 0},
+        gone=(19, 20, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32),
+    ),
+    Row(
+        "ESP32-S3", "esp32", chip="ESP32S3", sda=8, scl=9, int_pin=10, outputs=(4, 5, 6, 7),
+        timers=(0, 1, 2, 3), pins=49, straps={0: 1, 45: 0, 46: 0}, deaf_before=(1, 27),
+        gone=(19, 20, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32),
+    ),
+    Row(
+        "ESP32-C3", "esp32", chip="ESP32C3", sda=6, scl=7, int_pin=10, outputs=(0, 1, 3, 4),
+        buses=1, pins=22, straps={2: 1, 8: 1, 9: 1}, least=(1, 24), deaf_before=(1, 27),
+        gone=(11, 12, 13, 14, 15, 16, 17, 18, 19),
+    ),
+    Row(
+        "ESP32-C6", "esp32", chip="ESP32C6", sda=6, scl=7, int_pin=3, outputs=(18, 19, 20, 21),
+        buses=1, pins=31, straps={8: 1, 9: 1}, least=(1, 24), deaf_before=(1, 27),
+        gone=(12, 13, 24, 25, 26, 27, 28, 29, 30),
+    ),
+)  # fmt: skip
+
+# MicroPython's name of a board: the row's
+_NAMES = {
+    "Raspberry Pi Pico": "Pico",
+    "Raspberry Pi Pico W": "Pico W",
+    "Raspberry Pi Pico2": "Pico 2",
+    "Raspberry Pi Pico 2": "Pico 2",
+    "Raspberry Pi Pico 2 W": "Pico 2 W",
+}
+# and what differs on boards that use those pins themselves
+_OTHERS = {  # type: dict
+    "Olimex ESP32 ETH": _ETHERNET,
+    "Silicognition wESP32": _ETHERNET,
+    "LILYGO TTGO LoRa32": {"int_pin": 34, "outputs": (32, 33, 25, 4)},
+    "W5100S-EVB-Pico": {"outputs": (10, 11, 12, 13)},
+    "W5500-EVB-Pico": {"outputs": (10, 11, 12, 13)},
+}
+_CLASSIC = ("PICO", "D0", "D2", "U4", "S0", "WROOM", "WROVER", "SOLO", "MINI")
+
+
+def chip_of(machine):
+    """(board's name, chip as in ROWS) of sys.implementation._machine; chip None: unknown."""
+    board, found, chip = machine.rpartition(" with ")
+    if not found:
+        return machine, None
+    chip = chip.replace("-", "").upper()
+    if chip[:6] in ("RP2040", "RP2350"):
+        return board, chip[:6]
+    rest = chip[5:]
+    if chip[:5] != "ESP32":
+        return board, None
+    if rest[:2] in ("S2", "S3", "C3", "C6") and not rest[2:3].isdigit():
+        return board, chip[:7]
+    for word in _CLASSIC:
+        if rest.startswith(word):
+            rest = ""
+    return board, None if rest else "ESP32"
+
+
+def find(platform, machine):
+    """The Row of a board; its pins are None where nobody knows them."""
+    board, chip = chip_of(machine)
+    rows = [row for row in ROWS if (row.platform, row.chip) == (platform, chip)]
+    if not rows:
+        return Row(machine, platform, timers=(-1,) if platform == "rp2" else (0, 1))
+    for row in rows:
+        if row.name == _NAMES.get(board):
+            return row
+    other = _OTHERS.get(board)
+    return rows[0].but(board, **other) if other else rows[0]
+
+
+def reason(row, pin, use):
+    """Why `pin` cannot be this: "sda", "scl", "int" or "out"; empty when it can."""
+    if not 0 <= pin < row.pins or pin in row.gone:
+        return "it does not exist, or holds the flash, USB, the console or the radio"
+    if pin in row.inputs and use != "int":
+        return "it has no output"
+    level = 1 if use in ("sda", "scl") else 0  # to which it is pulled while the board boots
+    if row.straps.get(pin, level) != level:
+        return "it must be %s when the board boots" % ("high" if row.straps[pin] else "low")
+    return ""
+
+
+def bus_of(row, sda, scl, wanted=-1):
+    """Number of the I2C block for these pins; wanted: -1 any. ValueError says which fit."""
+    if row.platform != "rp2":
+        if wanted >= row.buses:
+            raise ValueError("bus = %d: there is %d on %s" % (wanted, row.buses, row.name))
+        return max(0, wanted)
+    block = sda // 2 % 2
+    if sda % 2 or scl % 2 == 0 or scl // 2 % 2 != block or wanted not in (-1, block):
+        raise ValueError(
+            "pin_sda = %d, pin_scl = %d: I2C0 has SDA on 0, 4, 8 ... and SCL on 1, 5, 9 ..., "
+            "I2C1 has SDA on 2, 6, 10 ... and SCL on 3, 7, 11 ..." % (sda, scl)
+        )
+    return block
