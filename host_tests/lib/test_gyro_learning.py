@@ -8,7 +8,7 @@ from attitude.gyro_learning import GyroLearning
 from attitude.profiles import PROFILES
 from attitude.quaternion import product
 
-from host_tests.lib.motions import G, Motion, begin, by_hand, shaken
+from tools.accuracy.motions import G, Motion, begin, by_hand, shaken
 from tools import recordings
 
 WRONG = np.array([[1.021, 0.004, -0.003], [-0.004, 0.982, 0.005], [0.002, -0.003, 1.015]])
