@@ -8,8 +8,8 @@ from attitude.gyro_learning import GyroLearning
 from attitude.profiles import PROFILES
 from attitude.quaternion import product
 
-from tools.accuracy.motions import G, Motion, begin, by_hand, shaken
 from tools import recordings
+from tools.accuracy.motions import G, Motion, begin, by_hand, shaken
 
 WRONG = np.array([[1.021, 0.004, -0.003], [-0.004, 0.982, 0.005], [0.002, -0.003, 1.015]])
 
