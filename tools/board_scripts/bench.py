@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Runs on the board (see tools/bench.py): times each stage and prints one line for each figure.
+# Runs on the board: times each stage and prints one line for each figure. tools/bench.py calls
+# main(), and main_app() after a new start, since a program loads only what it uses.
 # Times are net of an empty call, each call timed by itself, the collector off.
 
 import gc
@@ -146,22 +147,6 @@ def load_float_attitude():
     return Attitude
 
 
-def float_rows():
-    """The float filters."""
-    kalman = imported("attitude.KalmanTilt", load_float_kalman)()
-    row("float.kalman.update", lambda _: kalman.update(4.2, 3.5, 0.004))
-    filt = imported("attitude.Attitude", load_float_attitude)(250)
-    sample = (3.5, -2.0, 1.0, -0.1, 0.05, 1.0, 0.004)
-    row("float.attitude.update", lambda _: filt.update(*sample), n=10)
-
-
-def forget(before):
-    """What has been loaded since goes: a program loads the filters that it uses."""
-    for name in [name for name in sys.modules if name not in before]:
-        del sys.modules[name]
-    gc.collect()
-
-
 class Skewed:
     """A calibration that uses all it can: biases, scale and cross-axis, mounted at an angle."""
 
@@ -171,24 +156,30 @@ class Skewed:
     accel_matrix = (0.99, 0.1, 0.01, -0.1, 1.02, 0.02, 0.01, -0.02, 0.98)
 
 
-def main():
+def measure_empty():
+    """What a call of nothing takes."""
     global _empty_us
-    import machine
-
-    from firmware import board
-
+    gc.collect()
     gc.disable()
     laps(Nothing().update, None, gc.isenabled, len(_laps))
     gc.enable()
     _empty_us = sum(_laps) / len(_laps)
-    print("empty", _empty_us)
+
+
+def main():
+    import machine
+
+    from firmware import board
+
     print("board", sys.implementation._machine.replace(" ", "_"), machine.freq() // 1000000)
-    before = list(sys.modules)
-    float_rows()
-    forget(before)
     driver = imported("mpu6050", load_driver)
     kalman2 = imported("attitude.fixed.KalmanTilt2", load_fixed_kalman)
     attitude = imported("attitude.fixed.Attitude", load_fixed_attitude)
+    kalman = imported("attitude.KalmanTilt", load_float_kalman)
+    float_attitude = imported("attitude.Attitude", load_float_attitude)
+
+    measure_empty()
+    print("empty", _empty_us)
 
     imu = driver(board.find().i2c())
     row("bus.read14", lambda _, read=imu.read: read())
@@ -203,6 +194,11 @@ def main():
     row("fixed.kalman2.update", kalman2.update, counts)
     row("fixed.attitude.step", attitude.step, counts)
     row("fixed.attitude.update", attitude.update, counts)
+    kalman = kalman()
+    row("float.kalman.update", lambda _: kalman.update(4.2, 3.5, 0.004))
+    float_attitude = float_attitude(250)
+    sample = (3.5, -2.0, 1.0, -0.1, 0.05, 1.0, 0.004)
+    row("float.attitude.update", lambda _: float_attitude.update(*sample), n=10)
     row("step.kalman2", one_step(imu, kalman2))
     row("step.attitude", one_step(imu, attitude))
     imu.start()
@@ -287,13 +283,8 @@ def processor_left(app):
 def main_app():
     from firmware.app import App
 
+    measure_empty()
     app = App()
     app_steps(app)
     row("read.angles", three, None, second=app.angles_mdeg)
     processor_left(app)
-
-
-before = list(sys.modules)
-main()
-forget(before)
-main_app()
