@@ -27,7 +27,7 @@ loop: .venv/ready  ## the loop under load, on the emulated RP2040
 accuracy: .venv/ready  ## tilt error against optical truth; DATA=folder of recordings
 	$(PY) -m tools.accuracy $(if $(DATA),--data $(DATA)) $(ARGS)
 
-starts: .venv/ready  ## a thousand starts on a poor bus, and one at every setting of the sensor
+starts: .venv/ready  ## starts on a poor bus, at every setting, in motion; slow turns, warmth
 	$(PY) -m tools.starts $(ARGS)
 
 faults: .venv/ready  ## every kind of fault injected in motion

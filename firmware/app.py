@@ -74,6 +74,7 @@ class App:
     """
 
     _running = []  # type: list  # those whose loop ticks
+    _knobs = {knob.name for knob in KNOBS} - {"filter", "bus"}  # these are the app's own too
 
     @classmethod
     def current(cls):
@@ -123,6 +124,11 @@ class App:
         except OSError:
             pass  # nobody knows its pins: start() says it
 
+    def __setattr__(self, name, value):
+        if name in self._knobs:
+            raise AttributeError("%s is a knob: app.set(%r, ...)" % (name, name))
+        object.__setattr__(self, name, value)
+
     def __repr__(self):
         if not self.running:
             return "<App, %s: app.start()>" % ("stopped" if self.loop else "not started")
@@ -164,7 +170,7 @@ class App:
         self.board.use(self.config)
         startup.check(self.config, self.board)
         for other in self._running:
-            if other.board.i2c_id == self.board.i2c_id:
+            if self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         self._find_sensor()
         began = learning.begin(self.imu, self.config)

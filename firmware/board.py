@@ -17,6 +17,7 @@ from firmware import chips
 # A burst takes 400 us; the port's own 50 ms would stop the loop for 12 ticks. The ESP32's driver
 # of MicroPython 1.29 waits in steps of 10 ms and makes no transfer at all in less
 _TIMEOUT_US = {"rp2": 2000, "esp32": 20000}
+_FRAME_US = 50000  # on RP2 it is for a whole transfer: 2 KB to a display where no tick waits
 _SOFT_TIMEOUT_US = 2000
 _ONE_ERROR = (1, 29)  # from here on every failure of an ESP32's bus is ENODEV
 _HALF_CLOCK_US = 5
@@ -40,6 +41,7 @@ class Board:
         self.sda, self.scl, self.int_pin = row.sda, row.scl, row.int_pin
         self.outputs = row.outputs
         self.i2c_id, self.bus_hz = 0, 400000
+        self._timeout_us = _TIMEOUT_US[row.platform]
 
     def use(self, config):
         """The pins, the bus and its speed as the knobs say, -1: the board's own.
@@ -111,8 +113,15 @@ class Board:
         scl, sda = Pin(self.scl), Pin(self.sda)
         if self.soft:
             return SoftI2C(scl=scl, sda=sda, freq=self.bus_hz, timeout=_SOFT_TIMEOUT_US)
-        timeout = _TIMEOUT_US[self.platform]
-        return I2C(self.i2c_id, scl=scl, sda=sda, freq=self.bus_hz, timeout=timeout)
+        return I2C(self.i2c_id, scl=scl, sda=sda, freq=self.bus_hz, timeout=self._timeout_us)
+
+    def wait(self, split):
+        """Bursts are split: none waits in the tick, so other devices' transfers may take long.
+        True where i2c() gives another object now."""
+        before = self._timeout_us
+        rp2 = self.platform == "rp2"
+        self._timeout_us = _FRAME_US if split and rp2 else _TIMEOUT_US[self.platform]
+        return self._timeout_us != before and not self.soft
 
     def recover(self):
         """Free a bus whose SDA a device holds low, and return a new I2C object.

@@ -2,7 +2,7 @@
 """What each chip can do, and which pins a board has for us by default: data, and its questions.
 
 The exact chip decides, the word after "with" in what sys.implementation._machine says; boards
-with something else on those pins have rows of their own. Pin numbers are GPIO numbers. Sources:
+with something else on those pins are in firmware.pinouts. Pin numbers are GPIO numbers. Sources:
 data sheets of RP2040, RP2350, ESP32, -S2, -S3, -C3, -C6; MicroPython's ports/*/boards.
 """
 
@@ -39,7 +39,6 @@ class Row:
 
 _PICO = {"sda": 4, "scl": 5, "int_pin": 6, "outputs": (16, 17, 18, 19), "timers": (-1,)}
 _RADIO = (23, 24, 25, 29)  # of a Pico W
-_ETHERNET = {"sda": None, "scl": None, "int_pin": None, "outputs": ()}  # RMII takes 21 and 22
 
 ROWS = (
     Row("Pico", "rp2", chip="RP2040", pins=30, **_PICO),
@@ -81,14 +80,6 @@ _NAMES = {
     "Raspberry Pi Pico 2": "Pico 2",
     "Raspberry Pi Pico 2 W": "Pico 2 W",
 }
-# and what differs on boards that use those pins themselves
-_OTHERS = {  # type: dict
-    "Olimex ESP32 ETH": _ETHERNET,
-    "Silicognition wESP32": _ETHERNET,
-    "LILYGO TTGO LoRa32": {"int_pin": 34, "outputs": (32, 33, 25, 4)},
-    "W5100S-EVB-Pico": {"outputs": (10, 11, 12, 13)},
-    "W5500-EVB-Pico": {"outputs": (10, 11, 12, 13)},
-}
 _CLASSIC = ("PICO", "D0", "D2", "U4", "S0", "WROOM", "WROVER", "SOLO", "MINI")
 
 
@@ -120,7 +111,11 @@ def find(platform, machine):
     for row in rows:
         if row.name == _NAMES.get(board):
             return row
-    other = _OTHERS.get(board)
+    if board.startswith("Generic "):
+        return rows[0]
+    from firmware.pinouts import pins_of
+
+    other = pins_of(board)
     return rows[0].but(board, **other) if other else rows[0]
 
 

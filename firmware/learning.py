@@ -60,13 +60,17 @@ def begin(imu, config):
     if config.rest_s:
         try:
             still = _rested(imu, config)
+            bound = _STORED_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - stored_c)
+            bias = cal.at(still.temp_c).gyro_bias_dps
+            turn = turn_dps(still, bias, bound) if stored else 0.0
+            if stored and not turn and not _near(still.gyro_dps, bias, bound):
+                _same_again(still, imu, config)
         except NotStill as error:
+            still = None
             used = "the stored one is used" if stored else "none is known, angles are uncertain"
             warnings.append("gyro bias not measured, %s: it %s" % (used, error))
     if still:
         cal = cal.at(still.temp_c)
-        bound = _STORED_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - stored_c)
-        turn = turn_dps(still, cal.gyro_bias_dps, bound) if stored else 0.0
         if turn:
             text = "it turns by %.1f deg/s, or the gyro's bias has changed: the stored one is used"
             warnings.append(text % turn)
@@ -90,6 +94,12 @@ def _rested(imu, config):
         except NotStill:
             if time.ticks_diff(time.ticks_ms(), began) > 1000 * _TRIES * config.rest_s:
                 raise
+
+
+def _same_again(still, imu, config):
+    """NotStill where what looked like a Rest was a slow tilt: a later one shows it."""
+    if not _near(_rested(imu, config).accel_g, still.accel_g, _TILTED_G):
+        raise NotStill("moved: it tilts slowly")
 
 
 def _folding(cal, imu, config, warnings):

@@ -74,6 +74,9 @@ class Outputs:
         hard: it is fit for the tick (integers, no allocation; it reads app.angles_mdeg and
         app.rates_mdps only). tune(period_us): told the loop's period, now and when it changes.
         """
+        for function in (update, safe or update, tune or update):
+            if not callable(function):
+                raise ValueError("outputs.add(update, safe): functions, not %r" % (function,))
         if tune and self._app.period_us:
             tune(self._app.period_us)
         self._rows.append((update, safe, hard, tune))

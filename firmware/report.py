@@ -62,6 +62,7 @@ def stats(app):
     out["output_late"] = app.outputs.late
     out["telemetry_lines"] = app.telemetry.lines
     out["telemetry_dropped"] = app.telemetry.dropped
+    out["telemetry_stalls"] = app.telemetry.stalls
     return out
 
 

@@ -37,9 +37,11 @@ _SURE = const(8)
 _FORGET = const(9)
 _SWAP = const(10)
 _UNCERTAIN = const(12)  # of firmware.tick.estimate
+_TICKS = const(5)  # of firmware.tick.timing
 _EVERY = const(13)
 _UNSURE_US = const(16)
 _YAW_LOST = const(17)
+_FROM_US = const(15)
 _LIMIT = const(22)
 _PAUSE = const(24)
 _PATIENCE = const(27)
@@ -92,6 +94,8 @@ def wire(app, old):
     hard = not timed and board.has_hard(on_timer) and board.has_hard(True)
     split = on_timer and config.burst != "blocking" and app.imu.split
     lead_us = board.burst_us(board.bus_hz) + _LEAD_US if split else 0
+    if board.wait(split):
+        app.imu.use_bus(board.i2c())
     app.tick_kind = "hard" if hard else "soft"
     rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
     readers = app.loop.readers if app.loop else []
@@ -143,16 +147,29 @@ def renew(app, old):
     new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
     try:
         if old is not None:
-            words[_PAUSE] = 1  # the old one does not move while it is looked at
+            age_us = _pause(app)  # the old one does not move while it is looked at
             gap = app.tick.gap
-            if not words[_AGE_US]:  # what comes until the next sample is bridged from here
+            if not age_us:  # what comes until the next sample is bridged from here
                 gap.open(old, app.tick.memory)
-            new.go_on_from(old, since_us(app))
+            new.go_on_from(old)
             was, now = GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps]
             gap.rescale(app.tick.memory, was, now)
         use(app, new)
+        if old is not None:
+            words[_FROM_US] = age_us  # ticks of the pause are still to be bridged
     finally:  # also after a Ctrl-C
         words[_PAUSE] = 0
+
+
+def _pause(app):
+    """From now on ticks leave the filter alone; the age up to which it stands."""
+    words, timing = app.tick.words, app.tick.timing.words
+    while True:
+        tick, age_us = timing[_TICKS], words[_AGE_US]
+        words[_PAUSE] = words[_ODD] = 1
+        if timing[_TICKS] == tick:
+            return age_us
+        words[_PAUSE] = 0  # a tick has come in between
 
 
 def use(app, new):
@@ -160,11 +177,6 @@ def use(app, new):
     app.filter = new
     app.tick.use(new)
     app.tick.words[_ODD] = 1
-
-
-def since_us(app):
-    """Microseconds since the last tick; 0 while there are none."""
-    return min(app.loop.since_us(), 1000000) if app.loop.running else 0
 
 
 def begin(app, still):

@@ -200,6 +200,8 @@ class Tick:
                         else:
                             use[0](counts)
                         publish(est, use[1], memory, now)
+                elif lock[1] and not fresh:
+                    fresh = tick._lost(_BUSY, dt_us, now)  # the burst could not begin
                 else:
                     fresh = tick._lost(cause_of(fresh), dt_us, now)
             if more or not fresh:
@@ -274,6 +276,8 @@ class Tick:
             """The long way of a tick: after and in gaps, and where the foreground asks for
             something. 1 with a good sample."""
             use = tick.now
+            if words[_DUE] <= 0:  # where each poll ends in a timeout soft ticks fill the queue:
+                tick._call_after()  # there is room before it, and none after
             if words[_PAUSE]:
                 return tick._lost(_BUSY, dt_us, now)
             words[_ODD] = 0
@@ -291,10 +295,12 @@ class Tick:
             if lock[0]:
                 lock[1] = 1
                 return tick._lost(_BUSY, dt_us, now)
+            turned_away = lock[1]
             lock[1] = 0
             cause = poll()
             if cause != 1:
-                return tick._lost(cause_of(cause), dt_us, now)
+                cause = _BUSY if turned_away and not cause else cause_of(cause)
+                return tick._lost(cause, dt_us, now)
             if words[_UNUSED_US]:
                 return tick._settle(counts, dt_us, now)
             if words[_FORGET]:

@@ -2,10 +2,12 @@
 """The hard tick on real MicroPython at 1 kHz, and what people do beside it: all in turn, then at
 random. `python -m tools.loop --upsets 10` plays them for longer."""
 
+import ast
 import random
 
 import pytest
 
+from firmware.faults.policy import POLICY
 from tools.loop.upsets import COSTS, UPSETS, Upsetting, at_random, faults
 
 
@@ -28,3 +30,63 @@ def test_a_second_of_them_at_random():
     found = at_random(1.0, seed=3)
     assert [faults(seen) for seen in found if faults(seen)] == []
     assert len({seen.upset for seen in found}) > 5
+
+
+CAUSES = {row.cause for row in POLICY[1:]} | {"recoveries"}
+
+
+class Display:
+    """A device that takes all that is written to it."""
+
+    address = 0x3C
+    taken = 0
+
+    def start(self, read):
+        return not read
+
+    def write(self, value):
+        self.taken += 1
+        return True
+
+    def stop(self):
+        pass
+
+    def advance(self, now_ns):
+        pass
+
+    def next_event_ns(self):
+        return None
+
+
+SHARING = """
+import machine
+frame = bytearray(1025)
+i2c = app.imu.bus
+def share(n):
+    for _ in range(n):
+        app.imu.read()
+        app.imu.read()
+        with app.bus:
+            i2c.writeto(0x3C, frame)
+w = app.tick.words
+before = w[4], w[23], w[20]
+share(6)
+s = app.stats()
+print("=", (w[4] - before[0], w[23] - before[1], w[20] - before[2], {k: s[k] for k in s}))
+"""
+
+
+def test_a_display_and_a_loop_that_reads_on_the_same_wires(rig):
+    """1 KB takes 23 ms of the bus at 400 kHz: eleven ticks at 500 Hz; each is predicted."""
+    screen = Display()
+    rig.bus.devices.append(screen)
+    rig.board.exec("app.set('rate_hz', 500)\ntime.sleep_ms(50)")
+    printed = rig.board.exec(SHARING, 30).partition("=")[2]
+    predicted, busy, errors, stats = ast.literal_eval(printed.strip())
+    print(f"predicted {predicted}, of which the bus was taken for {busy}; {stats}")
+    assert screen.taken == 6 * 1025
+    assert errors == stats["errors"] == stats["lost"] == 0
+    faults_seen = {name: n for name, n in stats.items() if name in CAUSES and n}
+    assert faults_seen == {}
+    assert predicted == busy and 6 * 10 <= busy <= 6 * 16
+    assert not stats["stale"] and stats["tick"] == "hard"

@@ -7,8 +7,8 @@ from tools.virtual import Bus, MPU6050Chip, Port
 from tools.virtual.motion import Still
 
 # sys.implementation._machine is MICROPY_HW_BOARD_NAME " with " MICROPY_HW_MCU_NAME, typed from
-# ports/esp32/boards and ports/rp2/boards of 1.25 and 1.26. The row's name; a text in brackets: a
-# refusal that names the knobs
+# ports/esp32/boards and ports/rp2/boards of 1.25, 1.26 and what came until 1.29. The row's name,
+# or the board's when it has pins of its own; a text in brackets: a refusal that names the knobs
 NAMES = """
 esp32 Arduino Nano ESP32 with ESP32S3 | ESP32-S3
 esp32 Generic ESP32 module with ESP32 | ESP32
@@ -25,25 +25,25 @@ esp32 LILYGO TTGO LoRa32 with ESP32 | LILYGO TTGO LoRa32
 esp32 LOLIN_C3_MINI with ESP32-C3FH4 | ESP32-C3
 esp32 LOLIN_S2_MINI with ESP32-S2FN4R2 | ESP32-S2
 esp32 LOLIN_S2_PICO with ESP32-S2FN4R2 | ESP32-S2
-esp32 M5Stack ATOM with ESP32-PICO-D4 | ESP32
-esp32 M5Stack AtomS3 Lite with ESP32S3 | ESP32-S3
-esp32 M5Stack NanoC6 with ESP32C6 | ESP32-C6
+esp32 M5Stack ATOM with ESP32-PICO-D4 | M5Stack ATOM
+esp32 M5Stack AtomS3 Lite with ESP32S3 | M5Stack AtomS3 Lite
+esp32 M5Stack NanoC6 with ESP32C6 | M5Stack NanoC6
 esp32 Olimex ESP32 ETH with ESP32 | [Ethernet]
 esp32 Silicognition wESP32 with ESP32 | [Ethernet]
 esp32 SparkFun IoT RedBoard ESP32 with ESP32 | ESP32
-esp32 FeatherS2 with ESP32-S2 | ESP32-S2
-esp32 FeatherS2 Neo with ESP32-S2FN4R2 | ESP32-S2
-esp32 FeatherS3 with ESP32-S3 | ESP32-S3
-esp32 FeatherS3 Neo with ESP32-S3 | ESP32-S3
-esp32 NanoS3 with ESP32-S3-FN8 | ESP32-S3
+esp32 FeatherS2 with ESP32-S2 | FeatherS2
+esp32 FeatherS2 Neo with ESP32-S2FN4R2 | FeatherS2 Neo
+esp32 FeatherS3 with ESP32-S3 | FeatherS3
+esp32 FeatherS3 Neo with ESP32-S3 | FeatherS3 Neo
+esp32 NanoS3 with ESP32-S3-FN8 | NanoS3
 esp32 OMGS3 with ESP32-S3-PICO-1-N8R2 | ESP32-S3
-esp32 ProS3 with ESP32-S3 | ESP32-S3
-esp32 RGB Touch Mini with ESP32-S3-PICO-1-N8R2 | ESP32-S3
+esp32 ProS3 with ESP32-S3 | ProS3
+esp32 RGB Touch Mini with ESP32-S3-PICO-1-N8R2 | [its own pins]
 esp32 Unexpected Maker TinyC6 with ESP32C6 | ESP32-C6
 esp32 TinyPICO with ESP32-PICO-D4 | ESP32
-esp32 TinyS2 with ESP32-S2FN4R2 | ESP32-S2
-esp32 TinyS3 with ESP32-S3-FN8 | ESP32-S3
-esp32 TinyWATCH S3 with ESP32-S3-PICO-1-N8R2 | ESP32-S3
+esp32 TinyS2 with ESP32-S2FN4R2 | TinyS2
+esp32 TinyS3 with ESP32-S3-FN8 | TinyS3
+esp32 TinyWATCH S3 with ESP32-S3-PICO-1-N8R2 | [its own pins]
 esp32 Generic ESP32S3 module with ESP32-S3 | ESP32-S3
 esp32 ESP32C3 module with ESP32-C3 | ESP32-C3
 esp32 ESP32C6 module with ESP32-C6 | ESP32-C6
@@ -53,34 +53,63 @@ esp32 ESP32H2 module with ESP32-H2 | [unknown chip]
 esp32 ESP32P4 module with ESP32-P4 | [unknown chip]
 esp32 ESP32P4 and C6 module with ESP32P4 | [unknown chip]
 esp32 a board of tomorrow with ESP32-S31 | [unknown chip]
-rp2 Adafruit Feather RP2040 with RP2040 | Pico
-rp2 Adafruit ItsyBitsy RP2040 with RP2040 | Pico
-rp2 Adafruit QT Py RP2040 with RP2040 | Pico
-rp2 Arduino Nano RP2040 Connect with RP2040 | Pico
+rp2 Adafruit Feather RP2040 with RP2040 | Adafruit Feather RP2040
+rp2 Adafruit ItsyBitsy RP2040 with RP2040 | Adafruit ItsyBitsy RP2040
+rp2 Adafruit QT Py RP2040 with RP2040 | Adafruit QT Py RP2040
+rp2 Arduino Nano RP2040 Connect with RP2040 | Arduino Nano RP2040 Connect
 rp2 GARATRONIC_PYBSTICK26_RP2040 with RP2040 | Pico
 rp2 Machdyne Werkzeug with RP2040 | Pico
-rp2 nullbits Bit-C PRO with RP2040 | Pico
+rp2 nullbits Bit-C PRO with RP2040 | nullbits Bit-C PRO
 rp2 Pimoroni Pico LiPo 4MB with RP2040 | Pico
-rp2 Pimoroni Tiny 2040 8MB with RP2040 | Pico
+rp2 Pimoroni Tiny 2040 8MB with RP2040 | Pimoroni Tiny 2040 8MB
 rp2 Raspberry Pi Pico with RP2040 | Pico
 rp2 Raspberry Pi Pico2 with RP2350 | Pico 2
 rp2 Raspberry Pi Pico2 with RP2350-RISCV | Pico 2
 rp2 Raspberry Pi Pico 2 W with RP2350 | Pico 2 W
 rp2 Raspberry Pi Pico W with RP2040 | Pico W
-rp2 Seeed XIAO RP2350 with RP2350 | Pico 2
-rp2 Silicognition RP2040-Shim with RP2040 | Pico
-rp2 SparkFun IoT Node LoRaWAN with RP2350 | Pico 2
-rp2 SparkFun IoT RedBoard RP2350 with RP2350 | Pico 2
-rp2 SparkFun Pro Micro RP2040 with RP2040 | Pico
-rp2 SparkFun Pro Micro RP2350 with RP2350 | Pico 2
-rp2 SparkFun Thing Plus RP2040 with RP2040 | Pico
-rp2 SparkFun Thing Plus RP2350 with RP2350 | Pico 2
-rp2 SparkFun XRP Controller with RP2350 | Pico 2
-rp2 SparkFun XRP Controller (Beta) with RP2040 | Pico
+rp2 Seeed XIAO RP2350 with RP2350 | Seeed XIAO RP2350
+rp2 Silicognition RP2040-Shim with RP2040 | Silicognition RP2040-Shim
+rp2 SparkFun IoT Node LoRaWAN with RP2350 | SparkFun IoT Node LoRaWAN
+rp2 SparkFun IoT RedBoard RP2350 with RP2350 | SparkFun IoT RedBoard RP2350
+rp2 SparkFun Pro Micro RP2040 with RP2040 | SparkFun Pro Micro RP2040
+rp2 SparkFun Pro Micro RP2350 with RP2350 | SparkFun Pro Micro RP2350
+rp2 SparkFun Thing Plus RP2040 with RP2040 | SparkFun Thing Plus RP2040
+rp2 SparkFun Thing Plus RP2350 with RP2350 | SparkFun Thing Plus RP2350
+rp2 SparkFun XRP Controller with RP2350 | SparkFun XRP Controller
+rp2 SparkFun XRP Controller (Beta) with RP2040 | SparkFun XRP Controller (Beta)
 rp2 W5100S-EVB-Pico with RP2040 | W5100S-EVB-Pico
 rp2 W5500-EVB-Pico with RP2040 | W5500-EVB-Pico
 rp2 WeAct Studio RP2040 with RP2040 | Pico
 rp2 WeAct Studio RP2350B Core with RP2350 | Pico 2
+esp32 Generic ESP32 module with D2WD with ESP32 | ESP32
+esp32 Generic ESP32 module with UNICORE with ESP32 | ESP32
+esp32 Seeed XIAO ESP32C3 with ESP32-C3FN4 | Seeed XIAO ESP32C3
+esp32 Seeed XIAO ESP32C6 with ESP32C6 | Seeed XIAO ESP32C6
+esp32 Seeed XIAO ESP32S3 with ESP32-S3-FN8 | Seeed XIAO ESP32S3
+esp32 M5Stack NanoH2 with ESP32-H2 | [unknown chip]
+esp32 M5Stack NanoC6 with ESP32-C6 | M5Stack NanoC6
+esp32 Generic ESP32S31 module with ESP32-S31 | [unknown chip]
+esp32 M5Stack AtomS3 Lite with ESP32-S3 | M5Stack AtomS3 Lite
+esp32 Generic ESP32S2 module with ESP32-S2 | ESP32-S2
+esp32 Generic ESP32S3 module with Octal-SPIRAM with ESP32-S3 | ESP32-S3
+esp32 Arduino Nano ESP32 with ESP32-S3 | ESP32-S3
+esp32 PYBSTICK26_ESP32C3 with ESP32-C3 | ESP32-C3
+esp32 Unexpected Maker TinyC6 with ESP32-C6 | ESP32-C6
+rp2 Pimoroni Pico LiPo 16MB with RP2040 | Pico
+rp2 Pimoroni Tiny 2040 2MB with RP2040 | Pimoroni Tiny 2040 2MB
+rp2 Pololu 3pi+ 2040 Robot | [no chip named]
+rp2 Pololu Zumo 2040 Robot | [no chip named]
+rp2 Seeed XIAO RP2040 with RP2040 | Seeed XIAO RP2040
+rp2 Cytron MOTION 2350 Pro with RP2350 | Pico 2
+rp2 W5100S-EVB-Pico2 with RP2350 | W5100S-EVB-Pico2
+rp2 W5500-EVB-Pico2 with RP2350 | W5500-EVB-Pico2
+rp2 W6100-EVB-Pico with RP2040 | W6100-EVB-Pico
+rp2 W6100-EVB-Pico2 with RP2350 | W6100-EVB-Pico2
+rp2 W6300-EVB-Pico with RP2040 | W6300-EVB-Pico
+rp2 W6300-EVB-Pico2 with RP2350 | W6300-EVB-Pico2
+rp2 W55RP20-EVB-Pico with RP2040 | Pico
+rp2 Waveshare RP2350B Core with RP2350 | Pico 2
+rp2 Waveshare RP2040-LCD-0.96 with RP2040 | Pico
 """.strip().splitlines()
 
 # what each chip's data sheet says of pins that are none: flash, USB, input only, must be high or
@@ -145,21 +174,38 @@ def test_the_rows_of_all_boards_that_are_named(boards):
 
 def test_what_a_row_gives_its_chip_can_do(boards):
     _, chips = boards
-    others = [
-        chips.find("rp2", name + " with RP2040") if name.startswith("W5")
-        else chips.find("esp32", name + " with ESP32") for name in chips._OTHERS
-    ]  # fmt: skip
-    assert [row.name for row in others if row.sda is not None] == [
-        "LILYGO TTGO LoRa32", "W5100S-EVB-Pico", "W5500-EVB-Pico"]  # fmt: skip
-    for row in [*chips.ROWS, *others]:
-        if row.sda is None:
-            continue
-        pins = [(row.sda, "sda"), (row.scl, "scl"), (row.int_pin, "int")]
-        pins += [(pin, "out") for pin in row.outputs]
+    others = [chips.find(*line.split(" | ")[0].split(" ", 1)) for line in NAMES]
+    for row in [*chips.ROWS, *[row for row in others if row.sda is not None]]:
+        pins = [(row.sda, "sda"), (row.scl, "scl")] + [(pin, "out") for pin in row.outputs]
+        if row.int_pin is not None:
+            pins.append((row.int_pin, "int"))
         assert [(row.name, pin, use, chips.reason(row, pin, use)) for pin, use in pins
                 if chips.reason(row, pin, use)] == []  # fmt: skip
-        assert len({pin for pin, _ in pins}) == len(pins) == 7
-        assert chips.bus_of(row, row.sda, row.scl) == 0
+        assert len({pin for pin, _ in pins}) == len(pins) <= 7
+        assert chips.bus_of(row, row.sda, row.scl) in (0, 1)
+    assert all(len(row.outputs) == 4 and row.int_pin is not None for row in chips.ROWS)
+
+
+def test_each_board_with_pins_of_its_own_is_one_of_micropythons(boards):
+    from firmware.pinouts import PINS
+
+    names = [line.rpartition(":")[0] for line in PINS.strip().splitlines()]
+    here = [line.split(" | ")[0].split(" ", 1)[1].rpartition(" with ")[0] for line in NAMES]
+    assert len(names) == len(set(names)) > 40
+    assert [name for name in names if name not in here] == []
+
+
+@pytest.mark.parametrize("machine, sda, scl, outputs", [
+    ("Seeed XIAO RP2350 with RP2350", 6, 7, (26, 27, 5, 2)),
+    ("SparkFun XRP Controller (Beta) with RP2040", 18, 19, (16, 17)),
+    ("TinyS3 with ESP32-S3-FN8", 9, 8, (4, 5, 6, 7)),
+])  # fmt: skip
+def test_a_board_with_pins_of_its_own_has_its_chips_rules(boards, machine, sda, scl, outputs):
+    board, chips = boards
+    made = board.find("rp2" if "RP2" in machine else "esp32", machine)
+    assert (made.sda, made.scl, made.outputs) == (sda, scl, outputs)
+    assert made.int_pin is None or made.name == "Seeed XIAO RP2350"
+    assert chips.reason(made.row, 60, "sda") and not chips.reason(made.row, 4, "sda")
 
 
 @pytest.mark.parametrize("machine", EVERY)

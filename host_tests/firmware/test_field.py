@@ -229,3 +229,24 @@ def test_a_set_up_knob_under_a_watchdog_resets_nothing(board, knob, value, tmp_p
         assert rig.port.now_ns - began < 300e6
         rig.port.run_ms(2500)  # a VirtualReset would leave
         assert rig.claimed
+
+
+# ---- wrong hands
+
+
+def test_a_knob_written_to_the_app_is_refused_in_words(tmp_path):
+    with Rig("hard", Still(), tmp_path) as rig:
+        for name in ("rate_hz", "attitude_tau_s", "quad_rate_p"):
+            with pytest.raises(AttributeError, match=name + r" is a knob: app\.set"):
+                setattr(rig.app, name, 500)
+        rig.app.mine = 3  # what is no knob may be written
+        assert rig.app.mine == 3
+
+
+@pytest.mark.parametrize("wrong", [(3,), (None,), (print, 3), (print, "safe")])
+def test_an_output_that_is_no_function_is_refused_at_once(wrong, tmp_path):
+    with Rig("hard", Still(), tmp_path) as rig:
+        rig.app.start()
+        with pytest.raises(ValueError, match="functions, not"):
+            rig.app.outputs.add(*wrong)
+        assert not rig.app.outputs.active

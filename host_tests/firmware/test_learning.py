@@ -6,37 +6,12 @@ import math
 import pytest
 
 from tools import starts
+from tools.starts.__main__ import told
+from tools.starts.moving import SCENES, Turn
 from tools.virtual import Bus, MPU6050Chip, Port
 from tools.virtual.motion import Sinusoid, Still
 
 BIAS = (2.0, -1.5, 3.0)
-
-
-class Turn:
-    """A steady turn about one axis, between two instants, in deg/s; flat at the start."""
-
-    duration_s = None
-
-    def __init__(self, dps, axis="z", begin_s=0.0, end_s=4.0):
-        self.dps, self.axis, self.begin_s, self.end_s = dps, axis, begin_s, end_s
-
-    def angle_deg(self, t_s):
-        return self.dps * (min(max(t_s, self.begin_s), self.end_s) - self.begin_s)
-
-    def at(self, t_s):
-        rate = self.dps if self.begin_s <= t_s < self.end_s else 0.0
-        a = math.radians(self.angle_deg(t_s))
-        if self.axis == "z":
-            return (0.0, 0.0, 1.0, 0.0, 0.0, rate, 25.0)
-        if self.axis == "x":
-            return (0.0, math.sin(a), math.cos(a), rate, 0.0, 0.0, 25.0)
-        return (-math.sin(a), 0.0, math.cos(a), 0.0, rate, 0.0, 25.0)
-
-    def truth(self, t_s):
-        half = math.radians(self.angle_deg(t_s)) / 2
-        q = [math.cos(half), 0.0, 0.0, 0.0]
-        q["wxyz".index(self.axis)] = math.sin(half)
-        return tuple(q)
 
 
 class Pieces:
@@ -138,6 +113,19 @@ def test_a_rest_that_comes_after_the_start_has_begun_is_taken(rig):
 
 
 # ---- steady turns and tilts at the start
+
+
+@pytest.mark.parametrize("name, case", [
+    ("turn", ("rp2", -12.0, None)), ("turn", ("esp32", 5.0, BIAS)),
+    ("tilt", ("rp2", 5.0, "y", None)),
+])  # fmt: skip
+def test_a_case_of_the_tool_and_its_bars(name, case, capsys):
+    """`python -m tools.starts` has them all."""
+    figures = SCENES[name].run(case)
+    assert told(name, [(case, figures)])[1]
+    for figure, bar in SCENES[name].bars.items():
+        assert not told(name, [(case, figures), ("bad", {**figures, figure: bar + 0.1})])[1]
+        assert "%s, worst: bad" % name in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("axis", "xy")

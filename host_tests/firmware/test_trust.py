@@ -8,7 +8,7 @@ import pytest
 
 from tools.faults.__main__ import summary, verdict
 from tools.faults.kinds import KINDS
-from tools.faults.measure import run
+from tools.faults.measure import ESP32, run
 from tools.faults.rig import Rig
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
@@ -48,6 +48,14 @@ def test_each_kind_is_seen_and_over_in_time_without_a_silent_wrong_angle(kind):
     assert (row["runs"], row["detected"], row["recovered"]) == (1, 1, 1)
     assert verdict(kind.name, row) == ""
     assert uncaught == 0
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=[kind.name for kind in KINDS])
+def test_each_kind_on_one_of_the_esp32s(kind):
+    """`python -m tools.faults --esp32` has all kinds on all of them."""
+    board = ESP32[7 * KINDS.index(kind) % len(ESP32)]
+    row = summary({kind.name: {board: run(kind.name, board, 1)}})["kinds"][kind.name]
+    assert verdict(kind.name, row) == ""
 
 
 def test_a_fault_that_nobody_handles_would_be_seen_by_the_tool():

@@ -335,3 +335,12 @@ def test_the_guard_of_the_edges_and_they_never_tick_at_once(board, kind, ms, tmp
         ("wait", {"ms": 300}),
     ]
     replay(board, steps, tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("kind", ["brown_out", "nack", "unplugged", "int_dead"])
+def test_ctrl_c_in_what_is_done_after_a_tick_harms_nothing(board, kind, tmp_path):
+    steps = [*REST, ("application", {"name": "quad"}), ("output", {"hard": False})]
+    for after in (0, 1, 2, 3, 5, 8, 13, 20, 30, 45, 70):
+        steps += [("fault", {"kind": kind, "ms": 120}), ("interrupt", {"ms": 150, "after": after})]
+    replay(board, steps, tmp_path)

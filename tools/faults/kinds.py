@@ -62,6 +62,10 @@ KINDS = (
 )  # fmt: skip
 
 
+# allowed above bar_s where a stuck bus is waited for 20 ms, firmware.board's time-out: the classic
+# ESP32's block stops at 13, and with 1.29 the driver counts in steps of 10 and needs two errors
+WAITS_S = 0.02
+
 # of an MPU6050 only: no other part fits a MinIMU-9's place, and it has no such FIFO
 ITS_OWN = ("another_part", "fifo_overflow", "fifo_misaligned")
 # what happens in a chip, and so in each of a sensor's

@@ -10,9 +10,21 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from tqdm import tqdm
 
-from tools.faults.kinds import KINDS
+from tools.faults.kinds import KINDS, WAITS_S
 
 BOARDS = ("rp2", "rp2 hard", "esp32")
+# where MicroPython's ports/esp32 differs: the chips, and the versions (docs/site/esp32.md)
+ESP32 = tuple(
+    f"{chip} {version}"
+    for chip in ("ESP32", "ESP32S3", "ESP32C3")
+    for version in ("1.24", "1.25", "1.26", "1.27", "1.29")
+)
+
+
+def bar_s(kind, board):
+    """The longest recovery allowed of a kind, on one of BOARDS or ESP32."""
+    slow = board.endswith("1.29") or board in ("ESP32S3 1.27", "ESP32C3 1.27")
+    return kind.bar_s + (WAITS_S if slow else 0.0)
 
 
 def run(name, board, runs, sensor="mpu6050"):
@@ -31,7 +43,7 @@ def run(name, board, runs, sensor="mpu6050"):
 def measure(names, runs, jobs=None, quiet=False, sensor="mpu6050", boards=BOARDS):
     """{name: {board: (outcomes, uncaught)}} over the cores."""
     work = [(name, board, runs, sensor) for name in names for board in boards]
-    results = {name: {} for name in names}
+    results = {name: dict.fromkeys(boards) for name in names}
     context = multiprocessing.get_context("spawn")
     bar = tqdm(total=len(work) * runs, unit="fault", disable=quiet or not sys.stderr.isatty())
     with ProcessPoolExecutor(jobs or os.cpu_count(), context) as pool, bar:

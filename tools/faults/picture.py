@@ -18,8 +18,8 @@ def draw(results, target):
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 0.32 * len(names) + 1.6), sharey=True)
     for row, name in enumerate(names):
         left.plot([1000 * kinds[name].bar_s] * 2, [row - 0.4, row + 0.4], "k", lw=2.5)
-        for board, (mark, shift) in _MARKS.items():
-            outcomes = results[name].get(board, ([], 0))[0]
+        for board, (outcomes, _) in results[name].items():
+            mark, shift = _MARKS.get(board, ("x", 0.22))
             places = [row + shift] * len(outcomes)
             times = [max(0.5, 1000 * (o.recovery_s or 0.0)) for o in outcomes]
             left.plot(times, places, mark, color="tab:blue", ms=4, mfc="none")

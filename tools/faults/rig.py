@@ -211,13 +211,16 @@ class Rig:
         during = inside & (time_s <= ended + 0.002)
         late = np.abs(time_s - (ended + 1.0)) < 0.01
         after = self.stats()
+        sees = self.kind.sees
+        if "timeout" in sees and self.app.board.one_error:
+            sees = (*sees, "nack")
         moved = {
             key: after[key] - before.get(key, 0)
             for key in after
             if isinstance(after[key], int) and after[key] != before.get(key, 0)
         }
         return Outcome(
-            detected=any(moved.get(key, 0) > 0 for key in self.kind.sees),
+            detected=any(moved.get(key, 0) > 0 for key in sees),
             recovery_s=self._recovery(rows, ended),
             error_deg=_largest(error[inside & claimed]),
             during_deg=_largest(error[during]),
@@ -252,7 +255,6 @@ class Rig:
         )
         cross = np.linalg.norm(np.cross(told, truth), axis=1)
         return np.degrees(np.arctan2(cross, np.sum(told * truth, axis=1)))
-
 
     def yaw_errors(self, rows, first):
         """Size of the yaw's error less that of row `first`, degrees, of each row."""

@@ -28,7 +28,7 @@ def play(faults, platform="rp2", motion="free", say=print):
         state, since = "good", rows[0][0]
         worst = 0.0
         for row, error in zip(rows, errors):
-            now = "good" if row[1] else "stale" if row[2] else "predicted"
+            now = "good" if row[1] else "predicted" if row[2] else "stale"
             if now != state:
                 say(_line(since, state, row[0], worst))
                 state, since, worst = now, row[0], 0.0

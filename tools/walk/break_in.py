@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Ctrl-C anywhere in the firmware: MicroPython raises it at jumps and in sleeps of the main
-program, so that is where it is raised here; never in an interrupt."""
+"""Ctrl-C anywhere in the firmware: MicroPython raises it at jumps and in sleeps of whatever runs,
+the main program or what was scheduled, so that is where it is raised here; never in an interrupt.
+"""
 
 import contextlib
 import linecache
@@ -12,9 +13,14 @@ _JUMP = re.compile(r"\b(if|elif|else|for|while|and|or|break|continue|except|fina
 
 
 @contextlib.contextmanager
-def ctrl_c(clock, after):
-    """Within it the after-th jump (from 0) of the main program raises KeyboardInterrupt, once."""
+def ctrl_c(clock, after, below=False):
+    """Within it the after-th jump (from 0) of the main program raises KeyboardInterrupt, once;
+    below: of what the foreground does after a tick."""
     left, lines = after, {}
+    inside = not below
+
+    def here():
+        return clock.in_foreground and inside and clock.scheduler.running == below
 
     def jumps(code, line):
         """Whether a line of this code has one."""
@@ -25,16 +31,21 @@ def ctrl_c(clock, after):
         return found
 
     def called(frame, event, argument):
+        nonlocal inside
         name = frame.f_code.co_filename
+        if below and frame.f_code.co_name == "_after":
+            inside = True
         if left < 0 or not any(room in name for room in _ROOMS):
             return None
         last = frame.f_lineno
 
         def line(frame, event, argument):
-            nonlocal left, last
+            nonlocal left, last, inside
+            if below and event == "return" and frame.f_code.co_name == "_after":
+                inside = False
             if event == "line":
                 jumped, last = jumps(frame.f_code, last), frame.f_lineno
-                if jumped and left >= 0 and clock.in_foreground and not clock.scheduler.running:
+                if jumped and left >= 0 and here():
                     left -= 1
                     if left < 0:
                         sys.settrace(None)

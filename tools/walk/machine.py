@@ -176,6 +176,10 @@ class Walk(RuleBasedStateMachine):
     def other_device(self, ms):
         self.do("other_device", ms=ms)
 
+    @rule(ms=_ms, after=_after)
+    def interrupt(self, ms, after):
+        self.do("interrupt", ms=ms, after=after)
+
     @rule()
     def read(self):
         self.do("read")

@@ -199,6 +199,10 @@ class Steps:
 
         self._call(aio.run, all_of_them())
 
+    def interrupt(self, ms, after):
+        """Ctrl-C while nothing is asked: it goes to what is done after a tick."""
+        self._call(self.world.port.run_ms, ms, how="Ctrl-C below", after=after)
+
     def other_device(self, ms):
         """Something else on the sensor's bus is talked to for a while."""
         world = self.world

@@ -128,11 +128,15 @@ class World:
 
     def call(self, function, *arguments, how=None, after=0, refusals=(ValueError, OSError)):
         """What the user's call returns, or the exception that he may see. how: "Ctrl-C" at the
-        after-th jump of the program, "power cut" after so many transfers, or None."""
+        after-th jump of the program, "Ctrl-C below" at that of the foreground after ticks, "power
+        cut" after so many transfers, or None."""
         self._after = after if how == "power cut" else None
         said = io.TextIOWrapper(io.BytesIO(), newline="")
         clock, result = self.port.clock, None
-        breaking = ctrl_c(clock, after) if how == "Ctrl-C" else contextlib.nullcontext()
+        below = how == "Ctrl-C below"
+        breaking = contextlib.nullcontext()
+        if how == "Ctrl-C" or below:
+            breaking = ctrl_c(clock, after, below)
         try:
             with contextlib.redirect_stdout(said), breaking:
                 result = function(*arguments)

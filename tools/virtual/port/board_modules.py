@@ -207,6 +207,27 @@ class Poll:
         return iter(self.poll(timeout, flags))
 
 
+def _make_esp32(port):
+    """ports/esp32/modesp32.c: its two ways to be woken by pins, where the chip has them."""
+
+    def wake(pins, level):
+        for pin in pins:
+            number = port.pins.number(pin)
+            if number not in port.traits.wake_pins:
+                raise ValueError("invalid pin")
+            port.wake_levels[number] = int(level)
+
+    module = _module(
+        "esp32", mcu_temperature=lambda: 40, idf_heap_info=lambda cap: [],
+        WAKEUP_ALL_LOW=False, WAKEUP_ANY_HIGH=True,
+    )  # fmt: skip
+    if port.traits.wake_by == "ext0":
+        module.wake_on_ext0 = lambda pin, level: wake([pin], level)
+    if port.traits.wake_by == "ext1":
+        module.wake_on_ext1 = wake
+    return module
+
+
 def make_modules(port):
     """Return {name: module} of the standard modules that differ."""
     errors = {name: getattr(host_errno, name) for name in _ERRORS.split()}
@@ -219,5 +240,5 @@ def make_modules(port):
         "errno": _module("errno", errorcode={v: k for k, v in errors.items()}, **errors),
         "select": _module("select", poll=poll, POLLIN=1, POLLOUT=4, POLLERR=8, POLLHUP=16),
         "rp2": _module("rp2", bootsel_button=lambda: 0, PIO=None, Flash=None),
-        "esp32": _module("esp32", mcu_temperature=lambda: 40, idf_heap_info=lambda cap: []),
+        "esp32": _make_esp32(port),
     }

@@ -7,6 +7,8 @@ from . import i2c_blocks, outputs, soft_i2c, timers
 from .outputs import VirtualReset
 from .pin import make_pin
 
+_FOR_EVER_MS = 600_000
+
 
 class Memory:
     """`machine.mem32` and its like: peripheral registers by address."""
@@ -74,6 +76,20 @@ def _add_functions(module, port):
     def lightsleep(ms=None):
         clock.sleep(1_000_000 if ms is None else ms * 1_000_000)
 
+    def deepsleep(ms=None):
+        """Interrupts and callbacks are over; a pin that may wake it, or the time, starts it anew.
+        """
+        clock.interrupts = False
+        end_ns = clock.now_ns + (_FOR_EVER_MS if ms is None else ms) * 1_000_000
+        while not port.woken():
+            if clock.now_ns >= end_ns:
+                if ms is None:
+                    raise RuntimeError("it sleeps for ever: nothing wakes it")
+                break
+            clock.hold(1_000_000)
+        causes = port.traits.reset_causes
+        raise VirtualReset(causes.get("DEEPSLEEP_RESET", causes["WDT_RESET"]), "deep sleep")
+
     def disable_irq():
         before, clock.interrupts = clock.interrupts, False
         return before
@@ -84,6 +100,7 @@ def _add_functions(module, port):
 
     module.reset, module.soft_reset, module.freq, module.idle = reset, soft_reset, freq, idle
     module.lightsleep, module.disable_irq, module.enable_irq = lightsleep, disable_irq, enable_irq
+    module.deepsleep = deepsleep
     module.reset_cause = lambda: port.reset_cause
     module.unique_id = lambda: port.unique_id
     module.bootloader = reset

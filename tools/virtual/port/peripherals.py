@@ -43,12 +43,35 @@ class TimerPointer:
         raise IndexError("timer register 0x%02X is not modelled" % offset)
 
 
+class WakePointer:
+    """DORMANT_WAKE_INTE of IO_BANK0, four bits a pin: what ends machine.deepsleep()."""
+
+    def __init__(self, words, index):
+        self.words, self.index = words, index
+
+    def __getitem__(self, index):
+        return self.words[self.index + index]
+
+    def __setitem__(self, index, value):
+        self.words[self.index + index] = value & 0xFFFFFFFF
+
+    @staticmethod
+    def awake(words, level_of):
+        """Whether a pin is at a level that it is to wake at."""
+        for pin in range(8 * len(words)):
+            bits = words[pin // 8] >> 4 * (pin % 8) & 3  # LEVEL_LOW, LEVEL_HIGH
+            if bits and bits & (2 if level_of(pin) else 1):
+                return True
+        return False
+
+
 class Peripherals:
     """The I2C blocks and the timer of an RP2040 or RP2350; other ports have none here."""
 
     def __init__(self, port):
         self.port = port
         self.blocks = [I2CBlock(port, n) for n in range(len(port.traits.block_bases))]
+        self.wake = [0] * ((port.traits.pin_count + 7) // 8)
 
     def find(self, address, kind):
         """Return what a pointer of `kind` to `address` reaches, or None."""
@@ -58,6 +81,9 @@ class Peripherals:
         bases = self.port.traits.block_bases
         if base in bases:
             return BlockPointer(self.blocks[bases.index(base)], offset, alias)
+        wake = address - self.port.traits.wake_registers >> 2
+        if self.port.traits.wake_registers and 0 <= wake < len(self.wake):
+            return WakePointer(self.wake, wake)
         if base == self.port.traits.timer_base:
             return TimerPointer(self.port, offset)
         return None

@@ -15,7 +15,7 @@ from .clock import Clock
 from .console import Console
 from .hard import HardInterrupts
 from .outputs import VirtualReset
-from .peripherals import Peripherals
+from .peripherals import Peripherals, WakePointer
 from .pins import Pins
 from .scheduler import Scheduler
 from .wire import Wire
@@ -63,6 +63,7 @@ class Port:
         self.peripherals = Peripherals(self)
         self._followed, self._follow_event = set(), None
         self.errors, self.adc, self.stdin = [], {}, ""
+        self.wake_levels = {}  # of an ESP32: pin: level
         self.watchdog, self.unique_id = None, bytes.fromhex("e660583883724a32")
         self.reset_cause = (
             self.traits.reset_causes["PWRON_RESET"] if reset_cause is None else reset_cause
@@ -143,6 +144,12 @@ class Port:
             if chip in bus.devices:
                 self._followed.add(bus)
         self._follow()
+
+    def woken(self):
+        """Whether a pin is at a level that ends a deep sleep."""
+        if self.traits.platform == "rp2":
+            return WakePointer.awake(self.peripherals.wake, lambda n: self.pins.state(n).level)
+        return any(self.pins.state(n).level == level for n, level in self.wake_levels.items())
 
     def wire(self, bus_id):
         if bus_id not in self._wires:

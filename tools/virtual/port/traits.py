@@ -28,6 +28,9 @@ class Traits(NamedTuple):
     console: str = "rp2"  # see console.py
     i2c_longest_us: int = 1 << 30  # of a time-out that the I2C block can be set to
     i2c_deaf_before: tuple = (0, 0)  # older versions do not set it
+    wake_registers: int = 0  # address of DORMANT_WAKE_INTE0
+    wake_by: str = ""  # ESP32: "ext0" or "ext1", whichever esp32 has,
+    wake_pins: tuple = ()  # and the pins that the RTC reaches
 
     def machine_text(self, version):
         """What sys.implementation._machine says: ESP-IDF's name of the chip from 1.29 on."""
@@ -54,23 +57,27 @@ _ESP32_CAUSES = {
 }  # fmt: skip
 
 
-def _rp2(machine, cpu_hz, pin_count, blocks, timer, native=_ARMV6M, build="RPI_PICO"):
+def _rp2(
+    machine, cpu_hz, pin_count, blocks, timer, native=_ARMV6M, build="RPI_PICO", wake=0x40014160
+):
     names = {"GP%d" % n: n for n in range(pin_count)}
     names.update({"GPIO%d" % n: n for n in range(pin_count)}, LED=25)
     return Traits(
         "rp2", machine, cpu_hz, pin_count, ((4, 5), (6, 7)), 50_000, 29_000, EIO, 110,
         blocks, timer, (-1,), _RP2_CAUSES, _RP2_PIN, names, 8388, native, build,
+        wake_registers=wake,
     )  # fmt: skip
 
 
 def _esp32(
     machine, cpu_hz, pin_count, timer_count, pins=((19, 18), (26, 25)), native=_XTENSAWIN,
     build="ESP32_GENERIC", console="uart", longest_us=1 << 30, deaf_before=(0, 0),
+    wake_by="ext0", wake_pins=tuple(range(22)),
 ):  # fmt: skip
     return Traits(
         "esp32", machine, cpu_hz, pin_count, pins, 50_000, 60_000, 19, 116,
         (), None, tuple(range(timer_count)), _ESP32_CAUSES, _ESP32_PIN, {}, 1 << 31, native, build,
-        console, longest_us, deaf_before,
+        console, longest_us, deaf_before, wake_by=wake_by, wake_pins=wake_pins,
     )  # fmt: skip
 
 
@@ -84,10 +91,13 @@ MACHINES = {
     ),
     "RP2350": _rp2(
         "Raspberry Pi Pico2 with RP2350", 150_000_000, 30, (0x40090000, 0x40098000), 0x400B0000,
-        _ARMV7EMSP, "RPI_PICO2",
+        _ARMV7EMSP, "RPI_PICO2", 0x400282D8,
     ),
     # the classic chip's time-out is 20 bits of 80 MHz
-    "ESP32": _esp32("Generic ESP32 module with ESP32", 160_000_000, 40, 4, longest_us=13_107),
+    "ESP32": _esp32(
+        "Generic ESP32 module with ESP32", 160_000_000, 40, 4, longest_us=13_107,
+        wake_pins=(0, 2, 4, 12, 13, 14, 15, 25, 26, 27, *range(32, 40)),
+    ),
     "ESP32S2": _esp32(
         "Generic ESP32S2 module with ESP32S2", 160_000_000, 47, 4, ((19, 18), (8, 9)),
         build="ESP32_GENERIC_S2", console="cdc",
@@ -98,11 +108,12 @@ MACHINES = {
     ),
     "ESP32C3": _esp32(
         "ESP32C3 module with ESP32C3", 160_000_000, 22, 2, ((19, 18),), RV32IMC,
-        "ESP32_GENERIC_C3", "jtag", deaf_before=(1, 27),
+        "ESP32_GENERIC_C3", "jtag", deaf_before=(1, 27), wake_by="", wake_pins=(),
     ),
     "ESP32C6": _esp32(
         "ESP32C6 module with ESP32C6", 160_000_000, 31, 2, ((7, 6),), RV32IMC,
-        "ESP32_GENERIC_C6", "jtag", deaf_before=(1, 27),
+        "ESP32_GENERIC_C6", "jtag", deaf_before=(1, 27), wake_by="ext1",
+        wake_pins=tuple(range(8)),
     ),
 }  # fmt: skip
 DEFAULT = {"rp2": "RP2040", "esp32": "ESP32"}
