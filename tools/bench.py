@@ -26,7 +26,7 @@ BARS_US = {
     "split.kalman2": 110,
     "split.attitude": 230,
     "app.blocking": 650,
-    "app.split": 140,
+    "app.split": 150,
     "read.angles": 12,
 }
 

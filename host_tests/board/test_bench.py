@@ -16,7 +16,7 @@ BARS_US = {
     "split.kalman2": 80,
     "split.attitude": 150,
     "app.blocking": 650,
-    "app.split": 140,
+    "app.split": 150,
     "app.run": 180,
     "read.angles": 12,
 }
