@@ -144,6 +144,11 @@ class Board:
         time.sleep_us(_HALF_CLOCK_US)
         return self.i2c()
 
+    @property
+    def has_spare_timer(self):
+        """Whether two apps leave one for each to notice that the other one has died."""
+        return self.row.timers[0] < 0 or len(self.row.timers) > 2
+
     def has_hard(self, timer):
         """Whether this port calls in a hard interrupt: of a timer, or of the INT line."""
         if self.platform != "rp2":
