@@ -150,6 +150,11 @@ class Board:
             return False
         return not timer or _VERSION >= (1, 26)
 
+    @property
+    def few_timers(self):
+        """Whether a second App would find no timer if each took two."""
+        return 0 <= self.row.timers[0] and len(self.row.timers) < 4
+
     def ticking(self, source, hard):
         """`source` (timer or data_ready) with this kind of interrupt, as source(period, call)."""
 

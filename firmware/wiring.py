@@ -105,7 +105,7 @@ def wire(app, old):
         rate_hz,
         grid=on_timer,
         lead_us=lead_us,
-        guard=board.ticking(board.timer, hard),
+        guard=None if on_timer and board.few_timers else board.ticking(board.timer, hard),
         guard_us=min(_GUARD_US, 333 * config.failsafe_ms) if on_timer else 0,
         guards=_guards(app, 3) if hard else None,
     )
