@@ -144,16 +144,16 @@ class Board:
         time.sleep_us(_HALF_CLOCK_US)
         return self.i2c()
 
+    @property
+    def has_spare_timer(self):
+        """Whether two apps leave one for each to notice that the other one has died."""
+        return self.row.timers[0] < 0 or len(self.row.timers) > 2
+
     def has_hard(self, timer):
         """Whether this port calls in a hard interrupt: of a timer, or of the INT line."""
         if self.platform != "rp2":
             return False
         return not timer or _VERSION >= (1, 26)
-
-    @property
-    def few_timers(self):
-        """Whether a second App would find no timer if each took two."""
-        return 0 <= self.row.timers[0] and len(self.row.timers) < 4
 
     def ticking(self, source, hard):
         """`source` (timer or data_ready) with this kind of interrupt, as source(period, call)."""

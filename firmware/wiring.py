@@ -90,6 +90,7 @@ def wire(app, old):
     config, board = app.config, app.board
     on_timer = config.drive == "timer"
     timed = filters.is_timed(config.filter)
+    guarded = not on_timer or board.has_spare_timer
     # edges of a hard interrupt need a guard of one: a soft one would be interrupted in its tick
     hard = not timed and board.has_hard(on_timer) and board.has_hard(True)
     split = on_timer and config.burst != "blocking" and app.imu.split
@@ -105,7 +106,7 @@ def wire(app, old):
         rate_hz,
         grid=on_timer,
         lead_us=lead_us,
-        guard=None if on_timer and board.few_timers else board.ticking(board.timer, hard),
+        guard=board.ticking(board.timer, hard) if guarded else None,
         guard_us=min(_GUARD_US, 333 * config.failsafe_ms) if on_timer else 0,
         guards=_guards(app, 3) if hard else None,
     )
