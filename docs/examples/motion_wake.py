@@ -3,7 +3,7 @@
 
 Copy it to the board as main.py: it runs anew after each sleep. Wire as print_angles.py, and INT
 to GP6 (on an ESP32 to a pin that can wake it, such as 33, and app.set("pin_int", 33)).
-The sensor sleeps with 20 uA; USB is gone while a Pico sleeps deeply.
+The sensor sleeps with 20 uA; USB is gone while a Pico sleeps deeply: Ctrl-C before it does so.
 """
 
 import time

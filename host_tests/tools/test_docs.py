@@ -84,8 +84,9 @@ def test_every_command_named_exists():
 
 
 def test_every_file_and_folder_named_exists():
+    named = re.compile(r"`((?:lib|firmware|host_tests|tools|docs)/[\w/.]*)`")
     for path in PAGES.values():
-        for name in re.findall(r"`((?:lib|firmware|host_tests|tools|docs)/[\w/.]*)`", path.read_text()):
+        for name in named.findall(path.read_text()):
             assert (ROOT / name).exists(), (path, name)
 
 
