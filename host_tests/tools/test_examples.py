@@ -154,25 +154,42 @@ def test_servo(tmp_path, capsys):
         bench.bus.devices.append(bench.chip)
 
 
+def drive(bench, printed):
+    """A function that tells the bridge's drive in permille, at the pins that were printed."""
+    pins = map(int, numbers(printed.splitlines()[-1]))
+    forward, backward = (bench.port.pin(pin).pwm for pin in pins)
+    return lambda: (forward.duty_u16() - backward.duty_u16()) * 1000 / 65535
+
+
 def test_own_pid(tmp_path, capsys):
     """Nothing moves the roll of 10 degrees: 200 permille, and 100 more each second."""
     with Bench(tmp_path, Still(10.0)) as bench:
         bench.run("own_pid.py")
-        pins = map(int, numbers(capsys.readouterr().out.splitlines()[-1]))
-        forward, backward = (bench.port.pin(pin).pwm for pin in pins)
-
-        def drive():
-            return (forward.duty_u16() - backward.duty_u16()) * 1000 / 65535
-
+        now = drive(bench, capsys.readouterr().out)
         bench.port.run_ms(100)
-        first = drive()
+        first = now()
         assert first == pytest.approx(-210, abs=10)
         bench.port.run_ms(1000)
-        assert drive() - first == pytest.approx(-100, abs=5) and forward.duty_u16() == 0
+        assert now() - first == pytest.approx(-100, abs=5)
         bench.bus.devices.remove(bench.chip)
         bench.port.run_ms(300)
-        assert (forward.duty_u16(), backward.duty_u16()) == (0, 0)
+        assert now() == 0
         bench.bus.devices.append(bench.chip)
+
+
+def test_own_pid_in_motion(tmp_path, capsys):
+    """All three terms, of 20, 10 and 0.5, on 10 sin(w t): the rate's share is 31 permille."""
+    w = 2 * math.pi
+    with Bench(tmp_path, Sequence((Still(), 3.0), (Sinusoid(10.0, 1.0), 1e9))) as bench:
+        bench.run("own_pid.py")
+        now = drive(bench, capsys.readouterr().out)
+        bench.port.run_ms(3000 - bench.port.now_ns / 1e6)
+        for k in range(1, 41):
+            bench.port.run_ms(50)
+            t = k * 0.05
+            integral, rate = 10 * (1 - math.cos(w * t)) / w, 10 * w * math.cos(w * t)
+            expected = -(20 * 10 * math.sin(w * t) + 10 * integral + 0.5 * rate)
+            assert now() == pytest.approx(expected, abs=15)
 
 
 @pytest.mark.parametrize("platform", WIRES)
