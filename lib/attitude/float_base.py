@@ -185,7 +185,7 @@ class FromCounts:
 
     def take_state(self, other):
         """Continue where another one with the same settings is now."""
-        self.set_state(other.state())
+        self.set_state(other.state())  # type: ignore[attr-defined]  # each kind has its own
 
     def go_on_from(self, other, dt_us=0, yaw_deg=None):
         """Start where any other filter stands, float or integer: its tilt, yaw and bias, turned

@@ -39,8 +39,8 @@ class Rest:
         self.moved = False  # since the start
         self.since_s = None  # since the last rest; None before the first
         self.bias_dps = [0.0, 0.0, 0.0]  # averaged at rest
-        self.before_dps = (0.0, 0.0, 0.0)  # the same, _KEEP_S to twice that ago
-        self._next_dps = (0.0, 0.0, 0.0)
+        self.before_dps: tuple = (0.0, 0.0, 0.0)  # the same, _KEEP_S to twice that ago
+        self._next_dps: tuple = (0.0, 0.0, 0.0)
         self._first = (0.0, 0.0, 0.0)  # acceleration when it became still
         self._still_s = self._steady_s = self._rested_s = self._kept_s = 0.0
 

@@ -249,6 +249,6 @@ class Slow:
         (self.blank, self.gain, squares, self._age_s, self._looked_s, self._axis,
          self._unknown, self._change) = own
         self._squares = list(squares)
-        parts = (self.rest, self.learning, self.view, self.up, self.bounds)
+        parts: tuple = (self.rest, self.learning, self.view, self.up, self.bounds)
         for part, value in zip(parts, states):
             part.set_state(value)

@@ -35,7 +35,7 @@ def measured(board, samples, knobs, rate_hz=None):
             board.run(f"app.set('attitude_rest_tau_s', {value})")
             good += abs(float(board.run("print(app.config.attitude_rest_tau_s)")) - value) < 1e-5
     board.run("app.stream.stop()")
-    stats = json.loads(board.run("import json\nprint(json.dumps(dict(app.stats())))"))
+    stats = json.loads(board.run("import json\nprint(json.dumps(app.stats().copy()))"))
     return {
         "samples": sum(map(len, numbers)),
         "lost": reader.lost,

@@ -186,7 +186,7 @@ class Attitude(Fixed):
     def __init__(self, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         super().__init__(rate_hz, gyro_dps, accel_g, _STATE_END, _STATE + 1, settings)
 
-    _known = {}  # by the calibration
+    _known: dict = {}  # by the calibration
 
     def _set_up(self, **settings):
         settings.update([pair for pair in self._known.items() if pair[0] not in settings])
