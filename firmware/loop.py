@@ -22,7 +22,8 @@ class Loop:
     returns an object with deinit(): board.timer or board.data_ready.
     rate_hz: 80 to 1000; the period is whole microseconds.
     grid: True for a source with a grid of its own (a timer), False for the sensor's edges.
-    lead_us: with a timer, tick.begin is called this long before each step; 0: not at all.
+    lead_us: with a timer, tick.begin is called this long before each step; 0: not at all; a whole
+    period: by the steps themselves.
     guard: a second source, a timer: it ticks in the first one's place when that stays away;
     guard_us: how often it looks.
     guards: firmware.stack.Guards of what a hard interrupt calls: begin, run, the guard.
@@ -60,11 +61,13 @@ class Loop:
         self.edges_missing = 0
         self.dead = False
         self._timing.clear()
-        if self._lead_us:
+        if 0 < self._lead_us < self.period_us:
             self._sources.append(self._source(self.period_us, self._call(0, self._tick.begin)))
             time.sleep_us(self._lead_us)
         self._sources.append(self._source(self.period_us, self._call(1, self._tick.run)))
         self._timing.start(self.period_us, self._grid, time.ticks_us())
+        if self._lead_us == self.period_us:
+            self._tick.begin(None)  # the first; from then on each tick begins the next one's
         if self._guard is not None:
             time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
             call = self._call(2, self._on_guard)

@@ -19,6 +19,7 @@ from firmware.learning import Learning
 from firmware.loop import Loop
 from firmware.tick import estimate, judge
 
+_LONG_TICK_US = const(750)  # a quadcopter's longest, in an odd tick
 _LEAD_US = const(60)  # before a burst is needed it has to be on the bus for its time and this
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
@@ -95,7 +96,7 @@ def wire(app, old):
     # edges of a hard interrupt need a guard of one: a soft one would be interrupted in its tick
     hard = not timed and board.has_hard(on_timer) and board.has_hard(True)
     split = on_timer and config.burst != "blocking" and app.imu.split
-    lead_us = board.burst_us(board.bus_hz) + _LEAD_US if split else 0
+    lead_us = _lead_us(config, board) if split else 0
     if board.wait(split):
         app.imu.use_bus(board.i2c())
     app.tick_kind = "hard" if hard else "soft"
@@ -117,6 +118,14 @@ def wire(app, old):
     app.tick.wire(app.imu, app.bus.words, app.loop.period_us, timed, lead_us)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
+
+
+def _lead_us(config, board):
+    """How long before a tick its burst begins; a whole period: in the tick before, which may then
+    be long. A begin that has to wait for the end of a tick would come too late for the next."""
+    lead_us = board.burst_us(board.bus_hz) + _LEAD_US
+    period_us = round(1000000 / config.rate_hz)
+    return lead_us if period_us - lead_us > _LONG_TICK_US else period_us
 
 
 def _guards(app, count):

@@ -98,12 +98,15 @@ class Tick:
         """Make begin() and run() for this driver, lock (firmware.bus), period and kind of filter.
 
         timed: the filter's update takes the time as well. lead_us: how long before run() begin()
-        starts a burst, 0: not at all. A burst older than that and half a period is not of now.
+        starts a burst, 0: not at all, a whole period: run() does. One older than that and half a
+        period is not of now.
         """
         self.words[_LATE_US] = late_us = period_us + (period_us >> 1)
         imu.expire(lead_us + (period_us >> 1) if lead_us else 1 << 29)
         self.drive = self.drive or _nothing
         poll = imu.poll if lead_us else imu.fetch
+        if lead_us == period_us:
+            poll = _polls_and_starts(imu.poll, imu.start)
         self._lost = self._make_lost()
         self._odd = self._make_odd(imu, lock, poll, period_us, timed, late_us)
         self.step = self._make_step(imu, lock, poll, timed)
@@ -357,6 +360,16 @@ class Tick:
                 micropython.schedule(self.after, 0)
             except RuntimeError:
                 words[_WAITING] = 0
+
+
+def _polls_and_starts(poll, start):
+    @micropython.native
+    def polled(poll=poll, start=start):
+        got = poll()
+        start()  # while one is under way it does nothing
+        return got
+
+    return polled
 
 
 @micropython.native

@@ -15,7 +15,8 @@ from tools.virtual.port import Port
 
 ROOT = Path(__file__).resolve().parents[2]
 SITE = ROOT / "docs" / "site"
-PAGES = {p.relative_to(ROOT).as_posix(): p for p in [ROOT / "README.md", *SITE.rglob("*.md")]}
+OTHERS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob(".github/**/*.md")]
+PAGES = {p.relative_to(ROOT).as_posix(): p for p in [*OTHERS, *SITE.rglob("*.md")]}
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
 
 
@@ -83,9 +84,18 @@ def test_every_command_named_exists():
 
 
 def test_every_file_and_folder_named_exists():
+    named = re.compile(r"`((?:lib|firmware|host_tests|tools|docs)/[\w/.]*)`")
     for path in PAGES.values():
-        for name in re.findall(r"`((?:lib|firmware|host_tests|tools)/[\w/.]*)`", path.read_text()):
+        for name in named.findall(path.read_text()):
             assert (ROOT / name).exists(), (path, name)
+
+
+def test_what_names_a_version_names_the_projects():
+    project = (ROOT / "pyproject.toml").read_text()
+    [ruff] = re.findall(r"ruff==[\d.]+", (ROOT / ".pre-commit-config.yaml").read_text())
+    assert f'"{ruff}"' in project
+    [version] = re.findall(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.M)
+    assert f'version = "{version}"' in project
 
 
 def test_the_wiring_tables_are_the_same():

@@ -183,6 +183,10 @@ class FromCounts:
         if stands:
             self.place(with_yaw(stands[0], 0.0))
 
+    def take_state(self, other):
+        """Continue where another one with the same settings is now."""
+        self.set_state(other.state())
+
     def go_on_from(self, other, dt_us=0, yaw_deg=None):
         """Start where any other filter stands, float or integer: its tilt, yaw and bias, turned
         on by its rates for dt_us. A filter of roll and pitch only stands at yaw 0; yaw_deg gives

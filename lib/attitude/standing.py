@@ -50,14 +50,13 @@ def with_yaw(q, yaw_deg):
 
 def go_on(own, other, dt_us, yaw_deg):
     """Let `own` start where the other one stands; see its go_on_from()."""
-    stands = other.standing()
+    alike = own.alike(other)
+    if alike:
+        own.take_state(other)
+    stands = (own if alike else other).standing()  # of the very same sample
     if stands is None:
         own.reset()
         return
-    alike = own.alike(other)
-    if alike:
-        own.set_state(other.state())
-        stands = own.standing()  # of the very same sample
     q, rates, bias, home = stands
     q = turned(q, rates, dt_us * 1e-6)
     if yaw_deg is not None:

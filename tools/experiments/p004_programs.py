@@ -17,7 +17,7 @@ from tools.experiments import on_board
 from tools.experiments.outcome import RAW, Outcome, Picture
 from tools.virtual.motion import Sequence, Sinusoid, Still, Vibration
 
-PROGRAMS = Path(__file__).parent / "board"
+PROGRAMS = Path(__file__).parents[2] / "docs" / "examples"
 SAMPLES = 250
 REST_S = 1.3  # from power-on: boot, and the bias
 EACH = 4  # of the recording's 286 samples a second
@@ -116,7 +116,7 @@ def _programs(outcome, out):
     motion = Vibration(3000, (0.08,) * 3, (1,) * 3, over=sway)
     curves = {}
     for name, period_s in (("unfiltered", 0.05), ("filtered", 0.04)):
-        code = (PROGRAMS / f"p004_{name}.py").read_text(encoding="utf-8")
+        code = (PROGRAMS / f"paper_004_{name}.py").read_text(encoding="utf-8")
         code = code.replace("ROWS = None", "ROWS = 30").replace("SAMPLES = 2000", "SAMPLES = 50")
         with on_board.board(motion, seed=1) as pico:
             text = pico.exec(code, timeout_s=60)

@@ -189,12 +189,15 @@ class Fixed:
 
     def state(self):
         """What set_state() takes to continue here: a tuple of integers, all of one instant."""
+        return tuple(self._copied())
+
+    def _copied(self):
         s = self._s
         while True:
             step = s[self._seq_at]
             copy = s[self._state_at : self._state_end]
             if s[self._seq_at] == step:  # else an interrupt came in between
-                return tuple(copy)
+                return copy
 
     def set_state(self, state):
         """Continue from a state() of a filter with the same settings."""
@@ -203,6 +206,17 @@ class Fixed:
             raise ValueError("state of %d numbers, not %d" % (len(state), size))
         for i, value in enumerate(state):
             self._s[self._state_at + i] = value
+
+    def take_state(self, other):
+        """Continue where another one with the same settings is now, of one instant; a board whose
+        memory is nearly full has no room for a state()."""
+        mine, its = self._s, other._s
+        while True:
+            step = its[self._seq_at]
+            for i in range(self._state_at, self._state_end):
+                mine[i] = its[i]
+            if its[self._seq_at] == step:  # else an interrupt came in between
+                return
 
     def go_on_from(self, other, dt_us=0, yaw_deg=None):
         """Start where any other filter stands, float or integer: its tilt, yaw and bias, turned

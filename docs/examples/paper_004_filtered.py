@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Paper 004's second program: gyro bias from samples at rest, 1-D Kalman per axis, 4 ms loop.
 
-    mpremote run tools/experiments/board/p004_filtered.py
+    mpremote run docs/examples/paper_004_filtered.py
 
-The paper prints in each loop; at 57600 baud a line takes 8 ms, so its loop cannot keep 4 ms. Here
-every tenth line is printed.
+Wire as print_angles.py; it rests for the first three seconds. The paper prints in each loop; at
+57600 baud a line takes 8 ms, so its loop cannot keep 4 ms. Here every tenth line is printed.
 """
 
 import time
@@ -39,9 +39,7 @@ while ROWS is None or row < ROWS:
         axes[k].update(measured[k], (gyro[k] - bias[k]) * 0.004)
     loops += 1
     if loops % 10 == 0:
-        print(
-            "Roll Angle [deg]: %.2f Pitch Angle [deg]: %.2f" % (axes[0].value, axes[1].value)
-        )
+        print("Roll Angle [deg]: %.2f Pitch Angle [deg]: %.2f" % (axes[0].value, axes[1].value))
         row += 1
     deadline = time.ticks_add(deadline, LOOP_US)
     while time.ticks_diff(deadline, time.ticks_us()) > 0:

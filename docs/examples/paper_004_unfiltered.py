@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Paper 004's first program: accelerometer angles as they come, 20 lines a second.
 
-    mpremote run tools/experiments/board/p004_unfiltered.py
+    mpremote run docs/examples/paper_004_unfiltered.py
+
+Wire as print_angles.py.
 """
 
 import time
