@@ -16,6 +16,8 @@ _VERSION = 1
 # whole ones.
 Knob = namedtuple("Knob", ("name", "default", "unit", "choices", "low", "high", "meaning"))
 
+_LINES = ("plain", "serial-studio", "teleplot", "plotjuggler")  # firmware.telemetry
+
 _ROWS = (
     ("rate_hz", 250, "Hz", None, 80, 1000, "rate of the loop"),
     ("drive", "timer", "", ("timer", "data-ready"), 0, 0, "what ticks: timer, or the INT line"),
@@ -55,6 +57,7 @@ _ROWS = (
     ("still_dps", 3.0, "deg/s", None, 0.1, 50.0, "spread of the gyro still taken for rest"),
     ("self_test", 0, "", (0, 1), 0, 0, "1: the chip tests itself at start, at rest; 1.3 s"),
     ("telemetry_hz", 50, "Hz", None, 0, 100, "lines per second; 0 silences"),
+    ("telemetry_format", "plain", "", _LINES, 0, 0, "of the lines: plain, or for a program"),
     ("failsafe_ms", 100, "ms", None, 10, 10000, "age at which outputs go to their safe value"),
     ("output_failures", 3, "", None, 1, 1000, "exceptions in a row until an output is safe"),
     ("balance_kp", 200.0, "permille/deg", None, 0.0, 1000.0, "balance: of the lean"),
@@ -73,7 +76,7 @@ _ROWS = (
     ("watchdog_ms", 0, "ms", (0, 2000, 4000, 8000), 0, 0, "resets a board without good samples"),
 )
 KNOBS = tuple([Knob(*row) for row in _ROWS])
-del _ROWS
+del _ROWS, _LINES
 
 
 class Config:

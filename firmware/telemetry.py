@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Angles as text at a fixed rate: lines of 64 bytes that Thonny's plotter reads.
+"""Angles as text at a fixed rate: lines that Thonny's plotter reads, or another program.
 
 A line is made in a buffer and written after a tick without allocating, only when somebody takes
-it. 64 bytes divide the 256 of the USB buffer: a reader that goes away leaves it full to the byte,
-so the look before each write is enough never to wait.
+it. Its length divides the 256 bytes of the USB buffer: a reader that goes away leaves it full to
+the byte, so the look before each write is enough never to wait.
 """
 
 import select
@@ -18,12 +18,30 @@ _PITCH = const(3)
 _YAW = const(4)
 
 _STALL_US = const(10000)  # a UART at 115200 baud takes 7 ms for a line
-HEADER = b"# roll, pitch and yaw in degrees; stale: no answer from the sensor, angle held\r\n"
-_LINE = b"roll_deg:    0.00 pitch_deg:    0.00 yaw_deg:    0.00 stale:0 \r\n"
-_ROLL_AT = 9
-_PITCH_AT = 28
-_YAW_AT = 45
-_STALE_AT = 60
+# Choices of the knob telemetry_format: (what comes first, a line) with room for the numbers.
+# Documentation of the programs: Serial Studio, Operation Modes, "Quick Plot" (commas; a first row
+# without a number names the channels); teleplot's README for VS Code (on a serial port each
+# variable is a line ">name:value", others are shown as text); PlotJuggler's serial port, which
+# takes what stands between braces as JSON whose numbers become series.
+_FORMATS = {
+    "plain": (
+        b"# roll, pitch and yaw in degrees; stale: no answer from the sensor, angle held\r\n",
+        b"roll_deg:    0.00 pitch_deg:    0.00 yaw_deg:    0.00 stale:0 \r\n",
+    ),
+    "serial-studio": (
+        b"roll_deg,pitch_deg,yaw_deg,stale\r\n",
+        b"    0.00,    0.00,    0.00,  0\r\n",
+    ),
+    "teleplot": (
+        b"",
+        b">roll:    0.00\r\n>pitch:    0.00\r\n>yaw:    0.00\r\n>stale:      0\r\n",
+    ),
+    "plotjuggler": (
+        b"",
+        b'{"roll":    0.00,"pitch":    0.00,"yaw":    0.00,"stale":0}   \r\n',
+    ),
+}
+_ANGLE = b"    0.00"  # put_mdeg's eight characters
 
 
 @micropython.viper
@@ -75,17 +93,18 @@ class Console:
 class Telemetry:
     """Writes a line every few ticks, between begin() and end().
 
-    console: a Console, or anything with ready() and write(bytes).
+    console: a Console, or anything with ready() and write(bytes). format: of the lines.
     lines: how many were written; dropped: how many nobody took. stalls: writes that waited for a
     reader, although ready() had said that there is one, as an ESP32 does: the lines end then.
     """
 
     def __init__(self, console):
         self.console = console
-        self._line = bytearray(_LINE)
         self._every = 0
         self._left = 0
-        self._headed = False
+        self._headed = None  # the form whose header was written
+        self.format = ""
+        self.set_format("plain")
         self.on = False
         self.lines = 0
         self.dropped = 0
@@ -96,9 +115,21 @@ class Telemetry:
         self._every = round(rate_hz / telemetry_hz) if telemetry_hz else 0
         self._left = 0
 
+    def set_format(self, name):
+        """How lines look from the next one on: a choice of the knob telemetry_format."""
+        if name == self.format:
+            return
+        self.format = name
+        header, line = _FORMATS[name]
+        roll = line.find(_ANGLE)
+        pitch = line.find(_ANGLE, roll + 8)
+        yaw = line.find(_ANGLE, pitch + 8)
+        # in one piece: a tick may come in between
+        self._form = (header, bytearray(line), roll, pitch, yaw, line.rfind(b"0"))
+
     def begin(self):
-        """From now on lines are written; a header that names the units comes first."""
-        self._headed = False
+        """From now on lines are written; the header, where there is one, comes first."""
+        self._headed = None
         self.on = True
 
     def end(self):
@@ -136,15 +167,17 @@ class Telemetry:
         if not self.console.ready():
             self.dropped += 1
             return
-        if not self._headed:
-            self._headed = True
-            self._write(HEADER)
-            return
-        line = self._line
-        put_mdeg(line, _ROLL_AT, est[_ROLL])
-        put_mdeg(line, _PITCH_AT, est[_PITCH])
-        put_mdeg(line, _YAW_AT, est[_YAW])
-        line[_STALE_AT] = 49 if stale else 48
+        form = self._form
+        header, line, roll, pitch, yaw, at_stale = form
+        if self._headed is not form:
+            self._headed = form
+            if header:
+                self._write(header)
+                return
+        put_mdeg(line, roll, est[_ROLL])
+        put_mdeg(line, pitch, est[_PITCH])
+        put_mdeg(line, yaw, est[_YAW])
+        line[at_stale] = 49 if stale else 48
         self._write(line)
         self.lines += 1
 

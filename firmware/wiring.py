@@ -84,6 +84,7 @@ def settle(app):
     repeats = 10 + 3 * config.rate_hz // config.sensor_hz
     judge.allow(app.tick.memory, repeats, config.gyro_dps, config.rate_hz)
     app.telemetry.set_rate(config.telemetry_hz, config.rate_hz)
+    app.telemetry.set_format(config.telemetry_format)
 
 
 def wire(app, old):

@@ -38,6 +38,7 @@ def test_every_knob_has_a_sound_default_a_unit_and_a_text(port):
         ("kalman_r_measure", float("nan"), "0.0001 to 1000.0 deg"),
         ("kalman_r_measure", float("inf"), "0.0001 to 1000.0 deg"),
         ("telemetry_hz", -1, "0 to 100 Hz"),
+        ("telemetry_format", "csv", "one of plain, serial-studio, teleplot, plotjuggler$"),
         ("no_such_knob", 1, "no knob no_such_knob"),
     ],
 )
