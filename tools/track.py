@@ -95,7 +95,7 @@ def load(path):
 def _is_stream(path):
     """Whether a csv begins with a stream's header: else it is one with truth."""
     with path.open() as file:
-        return file.readline().startswith("# {")
+        return file.readline().startswith("# [")
 
 
 def of_truth(rec):
