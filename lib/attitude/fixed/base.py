@@ -189,15 +189,18 @@ class Fixed:
 
     def state(self):
         """What set_state() takes to continue here: a tuple of integers, all of one instant."""
-        return tuple(self._copied())
+        return self.whole(tuple)
 
-    def _copied(self):
+    def whole(self, read):
+        """What read(state) makes of the state, all of one instant, without a copy: `state` is a
+        view that the next tick may change, and then it is read again."""
         s = self._s
+        state = memoryview(s)[self._state_at : self._state_end]
         while True:
             step = s[self._seq_at]
-            copy = s[self._state_at : self._state_end]
+            got = read(state)
             if s[self._seq_at] == step:  # else an interrupt came in between
-                return copy
+                return got
 
     def set_state(self, state):
         """Continue from a state() of a filter with the same settings."""

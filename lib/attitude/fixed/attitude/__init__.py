@@ -290,33 +290,33 @@ class Attitude(Fixed):
         much, as a part of the rate and in deg/s, on top of the calibration."""
         from attitude.fixed.attitude.claims import learned
 
-        return learned(self._copied(), self.bias_dps)
+        return self.whole(lambda state: learned(state, self.bias_dps))
 
     def calibration_learned(self):
         """The nine elements that a true rate is made of by one calibrated before, row by row."""
         from attitude.fixed.attitude.claims import matrix
 
-        return matrix(self._copied())
+        return self.whole(matrix)
 
     @property
     def tilt_sigma_deg(self):
         """One sigma of each level axis, degrees; see attitude.bounds."""
         from attitude.fixed.attitude.claims import tilt_sigma_deg
 
-        return tilt_sigma_deg(self._copied())
+        return self.whole(tilt_sigma_deg)
 
     @property
     def yaw_sigma_deg(self):
         """One sigma of the rotation about the vertical since the start, degrees."""
         from attitude.fixed.attitude.claims import yaw_sigma_deg
 
-        return yaw_sigma_deg(self._copied())
+        return self.whole(yaw_sigma_deg)
 
     def quaternion(self):
         """(w, x, y, z), sensor to earth, for now: turned on by lag_s at the last rate."""
         from attitude.fixed.attitude.stand import quaternion
 
-        return quaternion(self._s, self._copied(), self.rate_hz)
+        return self.whole(lambda state: quaternion(self._s, state, self.rate_hz))
 
     def linear_accel_g(self):
         """Acceleration without gravity in the robot's frame, g, at the instant of the last
@@ -324,13 +324,13 @@ class Attitude(Fixed):
         """
         from attitude.fixed.attitude.stand import linear_accel_g
 
-        return linear_accel_g(self._copied(), self._accel_lsb)
+        return self.whole(lambda state: linear_accel_g(state, self._accel_lsb))
 
     def standing(self):
         """Where it stands, see attitude.standing."""
         from attitude.fixed.attitude.stand import standing
 
-        return standing(self._s, self._copied(), self.rate_hz)
+        return self.whole(lambda state: standing(self._s, state, self.rate_hz))
 
     def place(self, q):
         """The same with another attitude."""

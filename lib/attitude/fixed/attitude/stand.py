@@ -76,7 +76,7 @@ def place(s, q, rate_hz):
     for i in range(4):
         s[_W + i] = round(q[i] * 1073741824.0)
     s[_TRIM] = 0
-    for i, angle in enumerate(angles_mdeg(quaternion(s, tuple(s[_STATE:]), rate_hz))):
+    for i, angle in enumerate(angles_mdeg(quaternion(s, memoryview(s)[_STATE:], rate_hz))):
         s[_ROLL + i] = angle
 
 
