@@ -27,6 +27,7 @@ SETTINGS = {
     },
     "float.complementary": {"complementary_tau_s": "tau_s"},
 }
+_SHARED = ("counts", "quaternion", "standing", "tilt")  # modules of attitude for all
 
 
 def lag_s(config, imu):
@@ -56,23 +57,30 @@ def make(config, calibration, imu, rate_hz):
     try:
         return _make(config, calibration, imu, rate_hz)
     except MemoryError:
-        _forget()
+        _forget(config.filter)
     return _make(config, calibration, imu, rate_hz)
 
 
-def _forget():
-    """What a filter in use needs stays by its references; the rest is loaded when it is wanted."""
+def _forget(name):
+    """Drop the modules of floats where a filter is of integers, and the other way round. What a
+    filter in use needs stays by its references."""
     import gc
     import sys
 
     import attitude
 
-    for name in list(sys.modules):
-        if name.startswith("attitude."):
-            del sys.modules[name]
-    for name in dir(attitude):
-        if name[0] != "_":  # what it has loaded from its modules, and they themselves
-            delattr(attitude, name)
+    floats = is_timed(name)
+    for module in list(sys.modules):
+        if module.startswith("attitude."):
+            own = module.split(".")[1]
+            if own not in _SHARED and (own == "fixed") == floats:
+                del sys.modules[module]
+                if hasattr(attitude, own):
+                    delattr(attitude, own)
+    if not floats:
+        for name in attitude._HOME:
+            if name in dir(attitude):
+                delattr(attitude, name)
     gc.collect()
 
 

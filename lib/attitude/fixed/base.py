@@ -56,9 +56,8 @@ class Fixed:
     _state_at: int
     _state_end: int
     _least_hz = 10
-    _spare = 1.0  # by how much the gyro's coefficients may grow while it runs
 
-    at_rest = uncertain = False  # of filters that do not watch for it
+    at_rest = False  # of filters that do not watch for it
     knows_yaw = False  # of filters of roll and pitch only
     _made = False
     timed = False  # update() needs no dt: the period is fixed
@@ -145,8 +144,7 @@ class Fixed:
     def _fold(self, cal):
         unit = self._unit_per_deg / (self._gyro_lsb * self.rate_hz)
         fold_accel(self.pending, _ACCEL, cal, self._accel_lsb)
-        shift = fold_gyro(self.pending, _GYRO, cal, self._gyro_lsb, unit, self._spare)
-        self.pending[_GYRO_SHIFT] = shift
+        self.pending[_GYRO_SHIFT] = fold_gyro(self.pending, _GYRO, cal, self._gyro_lsb, unit)
 
     def calibrate(self, calibration):
         """Fold a Calibration (bias, matrices, mounting) into the step, at no cost.

@@ -16,16 +16,15 @@ _LAG_PRE = const(29)
 _LAG = const(30)
 _LAG_POST = const(31)
 _ONE = const(32)
-_W = const(76)
-_X = const(77)
-_Y = const(78)
-_Z = const(79)
-_TRIM = const(163)
-_LAST = const(164)
-_BIAS = const(81)
-_ROLL = const(152)
-_USED = const(84)
-_YAW = const(154)
+_W = const(56)
+_X = const(57)
+_Y = const(58)
+_Z = const(59)
+_TRIM = const(60)
+_LAST = const(61)
+_BIAS = const(64)
+_ROLL = const(88)
+_YAW = const(90)
 _STEPS = const(128)  # at most: a second at 2000 deg/s, 16 degrees each
 
 
@@ -57,17 +56,17 @@ def turn(self, before: ptr16, after: ptr16, dt_us: int):
     most = 0
     row = 0
     while row < 3:
-        at = _USED + 3 * row
+        at = 12 + 3 * row
         bias = s[_BIAS + row] >> 8
         x = (int(before[4]) ^ 0x8000) - 0x8000
         y = (int(before[5]) ^ 0x8000) - 0x8000
         z = (int(before[6]) ^ 0x8000) - 0x8000
-        first = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[_USED + 9 + row]
+        first = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[21 + row]
         first = (first >> s[_GYRO_SHIFT]) - bias
         x = (int(after[4]) ^ 0x8000) - 0x8000
         y = (int(after[5]) ^ 0x8000) - 0x8000
         z = (int(after[6]) ^ 0x8000) - 0x8000
-        last = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[_USED + 9 + row]
+        last = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[21 + row]
         last = (last >> s[_GYRO_SHIFT]) - bias
         kept[4 + row] = first
         kept[7 + row] = last - first
