@@ -63,7 +63,8 @@ def test_the_log_is_all_that_happened_to_the_flash(saves):
         assert save.after().content() == following.start.content()
     for save in saves:
         assert len(save.commands) >= (3 if save.kind == "short" else 7)
-        assert save.erases() != [] and all(address >= 0 for address, _ in save.commands)
+        assert save.kind == "short" or save.erases() != []
+        assert all(address >= 0 for address, _ in save.commands)
     sizes = {path: len(data) for path, data in read_image(saves[-1].after().content()).items()}
     # littlefs keeps files of up to 512 bytes in their directory, larger ones in blocks: both occur
     assert sizes["short.txt"] < 512 < sizes["config.txt"]
