@@ -44,7 +44,8 @@ class Loop:
         self._source = source
         self._lead_us = lead_us
         self._guard = guard
-        self._guard_us = max(guard_us, 2 * self.period_us)
+        # whole periods: it stays where it begins, out of the ticks' way
+        self._guard_us = max(2, guard_us // self.period_us) * self.period_us
         self._on_guard = self._watch_edges
         self._guards = guards
         self._sources = []
