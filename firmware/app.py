@@ -276,7 +276,7 @@ class App:
 
     @property
     def stream(self):
-        """The firmware.stream.Stream, loaded when somebody wants it: it takes 13 KB."""
+        """The firmware.stream.Stream, loaded when somebody wants it."""
         if not self._stream:
             from firmware.stream import Stream
 

@@ -27,7 +27,6 @@ SETTINGS = {
     },
     "float.complementary": {"complementary_tau_s": "tau_s"},
 }
-_SHARED = ("counts", "quaternion", "standing", "tilt")  # modules of attitude for all
 
 
 def lag_s(config, imu):
@@ -52,39 +51,7 @@ def is_timed(name):
 
 def make(config, calibration, imu, rate_hz):
     """The filter that `config` asks for, calibrated, in its start state, for samples that come
-    rate_hz times a second. Where there is no room for its code, that of filters used before goes.
-    """
-    try:
-        return _make(config, calibration, imu, rate_hz)
-    except MemoryError:
-        _forget(config.filter)
-    return _make(config, calibration, imu, rate_hz)
-
-
-def _forget(name):
-    """Drop the modules of floats where a filter is of integers, and the other way round. What a
-    filter in use needs stays by its references."""
-    import gc
-    import sys
-
-    import attitude
-
-    floats = is_timed(name)
-    for module in list(sys.modules):
-        if module.startswith("attitude."):
-            own = module.split(".")[1]
-            if own not in _SHARED and (own == "fixed") == floats:
-                del sys.modules[module]
-                if hasattr(attitude, own):
-                    delattr(attitude, own)
-    if not floats:
-        for name in attitude._HOME:
-            if name in dir(attitude):
-                delattr(attitude, name)
-    gc.collect()
-
-
-def _make(config, calibration, imu, rate_hz):
+    rate_hz times a second."""
     name = config.filter
     values = settings(config, imu)
     values["gyro_dps"] = imu.gyro_range_dps

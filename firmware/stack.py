@@ -10,23 +10,23 @@ recursion ends in its RuntimeError, and the loop goes on.
 They are assembled on the board, since they hold the address of a table.
 """
 
-import gc
+import sys
 from array import array
 
 import machine
 from micropython import const
 
-_STACK = const(8192)  # bytes of core 0, on all chips; checks trip 256 before their end
-_NEEDS = const(2560)  # of them must be left; a tick with a quadcopter was seen to need 2100
 _CALL = const(10)  # of a type: which slot is its call (uint8); slots begin at 20, from 1
 _SLOTS = const(16)
 
-# of the table: the lowest address with room, the callback, its type's call(self, n, n_kw, args)
+# where the 8 KB of core 0 begin (memmap_mp.ld of the port), and how many bytes must be left: with
+# 2048 a board froze. An interrupt at their end is already below them: r2 is then more, not less
+_RP2040 = const(0x20040000)
+_RP2350 = const(0x20080000)
+_NEEDS = const(2560)
+# the table: the lowest sp with room; the callback; its type's call(self, n, n_kw, args), to which
+# 0x47a0, blx r4, goes
 _SOURCE = """
-import micropython
-@micropython.asm_thumb
-def sp():
-    mov(r0, sp)
 @micropython.asm_thumb
 def guard(r0):
     mov(r3, %d)
@@ -49,7 +49,7 @@ def guard(r0):
     mov(r3, sp)
     mov(r1, 1)
     mov(r2, 0)
-    data(2, 0x47a0)  # blx r4
+    data(2, 0x47a0)
     pop({r0, r1})
     label(END)
     mov(r0, 0)
@@ -60,16 +60,15 @@ class Guard:
     """Calls a callback with its argument while the stack has room for it."""
 
     def __init__(self):
-        self._table = array("I", [0, 0, 0])
+        ends = _RP2040 if "RP2040" in sys.implementation._machine else _RP2350
+        self._table = array("I", [ends + _NEEDS, 0, 0])
         self._call = None
         space: dict = {}
-        gc.collect()  # it takes two blocks of a kilobyte
         try:
             exec(_SOURCE % _bytes(self._table), space)
-        except (AttributeError, ImportError, SyntaxError):
+        except (ImportError, SyntaxError):
             return  # no Thumb: a RISC-V core, a PC
         self._call = space["guard"]
-        self._table[0] = (space["sp"]() | _STACK - 1) + 1 - _STACK + _NEEDS
 
     def over(self, callback):
         """A callback that calls `callback`, to which the caller keeps a reference."""

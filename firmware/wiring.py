@@ -19,7 +19,7 @@ from firmware.learning import Learning
 from firmware.loop import Loop
 from firmware.tick import estimate, judge
 
-_LONG_TICK_US = const(750)  # a quadcopter's longest, in an odd tick
+_LONG_TICK_US = const(750)  # python -m tools.loop.quad prints step_max_us
 _LEAD_US = const(60)  # before a burst is needed it has to be on the bus for its time and this
 _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second each
 _CORRECT_EDGES = const(1)
@@ -129,7 +129,7 @@ def _lead_us(config, board):
 
 
 def _guards(app, count):
-    """firmware.stack.Guards of this app, which it keeps: each takes 25 ms to make."""
+    """firmware.stack.Guards of this app, which it keeps: they take time to make."""
     from firmware.stack import Guard
 
     while len(app.guards) < count:

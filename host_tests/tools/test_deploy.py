@@ -178,7 +178,7 @@ def test_the_project_as_source_and_compiled():
     source = project(None)
     assert {"/boot.py", "/main.py", "/firmware/app.py", "/lib/mpu6050/__init__.py"} <= set(source)
     assert not any(path.startswith(("/tools", "/host_tests")) for path in source)
-    compiled = project("xtensawin")
+    compiled = project("armv6m")
     assert {p.removesuffix(".mpy") + ".py" if p.endswith(".mpy") else p for p in compiled} == set(
         source
     )
@@ -186,6 +186,12 @@ def test_the_project_as_source_and_compiled():
     assert compiled["/firmware/app.mpy"][:2] == b"M\x06"  # mpy's mark and version
     assert packages(source)[-1] == "/firmware"
     assert {"/lib/mpu6050", "/lib/attitude"} < set(packages(source))
+
+
+def test_an_xtensa_gets_all_but_what_an_rp2_alone_loads():
+    left_out = set(project("armv6m")) - set(project("xtensawin"))
+    assert left_out == {"/firmware/stack.mpy", "/lib/mpu6050/split_rp2.mpy"}
+    assert set(project("rv32imc")) == set(project("armv6m"))  # an RP2350 may run its RISC-V cores
 
 
 # ---- the plan

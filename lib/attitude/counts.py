@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""What a sensor's counts mean: its ranges, and a calibration folded into one product a row."""
+"""What a sensor's counts mean: its ranges, and a calibration folded into one product a row; and
+what all filters that take counts refuse."""
 
 GYRO_LSB_PER_DPS = {250: 131.0, 500: 65.5, 1000: 32.8, 2000: 16.4}
 ACCEL_LSB_PER_G = {2: 16384, 4: 8192, 8: 4096, 16: 2048}
@@ -37,3 +38,12 @@ def row_of(matrix, row, bias):
     """(a, b, c, offset) of one row of matrix (reading - bias)."""
     a, b, c = matrix[3 * row : 3 * row + 3]
     return a, b, c, -(a * bias[0] + b * bias[1] + c * bias[2])
+
+
+def set_known(self, name, value):
+    """A filter's __setattr__: a name that is not there would be taken in silence, and change
+    nothing."""
+    if self._made and name[0] != "_" and not hasattr(self, name):
+        text = "no attribute %s: settings go in by app.set(), or prepare(settings={...})"
+        raise AttributeError(text % name)
+    object.__setattr__(self, name, value)

@@ -5,7 +5,15 @@ live results. They allocate, so the collector runs now and then.
 
 from array import array
 
-from attitude.counts import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS, Ideal, lsb, period16, row_of
+from attitude.counts import (
+    ACCEL_LSB_PER_G,
+    GYRO_LSB_PER_DPS,
+    Ideal,
+    lsb,
+    period16,
+    row_of,
+    set_known,
+)
 from attitude.standing import go_on, turned, with_yaw
 
 _LONGEST_US = 1000000  # after a longer gap the filter levels anew
@@ -39,12 +47,7 @@ class FromCounts:
         self.calibrate(Ideal)
         self._made = True
 
-    def __setattr__(self, name, value):
-        """A name that is not there would be taken in silence, and change nothing."""
-        if self._made and name[0] != "_" and not hasattr(self, name):
-            text = "no attribute %s: settings go in by app.set(), or prepare(settings={...})"
-            raise AttributeError(text % name)
-        object.__setattr__(self, name, value)
+    __setattr__ = set_known
 
     def relevel(self):
         """After a gap: level anew; yaw and bias stay."""

@@ -23,12 +23,15 @@ KEPT = {
         "    import micropython\n    micropython.alloc_emergency_exception_buf(100)"
     ),
 }
+RP2_ONLY = ("firmware/stack.py", "lib/mpu6050/split_rp2.py")  # loaded there alone
 
 
 def project(architecture):
     """{path on the board: bytes}; modules as .mpy for this architecture, None: as source."""
     files = {}
     for name, source in project_files().items():
+        if name in RP2_ONLY and (architecture or "").startswith("xtensa"):
+            continue
         path, data = "/" + name, source.read_bytes()
         if architecture is None or path in STARTERS:
             files[path] = data

@@ -16,6 +16,7 @@ from attitude.counts import (
     Ideal,
     lsb,
     period16,
+    set_known,
 )
 from attitude.fixed.folding import check_rate, fold_accel, fold_gyro, mantissa
 from attitude.fixed.intmath import ratio
@@ -89,12 +90,7 @@ class Fixed:
         self.reset()
         self._made = True
 
-    def __setattr__(self, name, value):
-        """A name that is not there would be taken in silence, and change nothing."""
-        if self._made and name[0] != "_" and not hasattr(self, name):
-            text = "no attribute %s: settings go in by app.set(), or prepare(settings={...})"
-            raise AttributeError(text % name)
-        object.__setattr__(self, name, value)
+    __setattr__ = set_known
 
     # ---- what the subclass knows
 

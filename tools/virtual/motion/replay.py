@@ -19,16 +19,13 @@ _G = 9.80665
 _ACC = [f"acc_{n}_m_s2" for n in "xyz"]
 _GYR = [f"gyr_{n}_rad_s" for n in "xyz"]
 _QUAT = [f"quat_{n}" for n in "wxyz"]
-_STILL_DPS, _BIAS_DPS = 0.5, 3.0  # spread and size of what a gyro reads at rest
 
 
 class Replay:
     """A recording as motion source; ValueError names what a file lacks.
 
     For `lead_s` seconds before it the sensor rests in the recording's first attitude; after the
-    end it rests in the last. Where the recording itself begins or ends at rest, its gyro reads
-    the same there: no bias changes from one sample to the next. `start_s` and `length_s` cut a
-    piece out.
+    end it rests in the last. `start_s` and `length_s` cut a piece out.
     """
 
     def __init__(self, path, lead_s=0.0, start_s=0.0, length_s=None, temp_c=25.0):
@@ -51,15 +48,11 @@ class Replay:
     def _resting(self, n):
         """At rest in the attitude of row n: by the truth, else by its specific force."""
         row = self._rows[n]
-        second = round(self.rate_hz)
-        rates = np.array(self._rows[-second:] if n else self._rows[:second])[:, 3:6]
-        still = np.all(np.std(rates, axis=0) < _STILL_DPS) and np.all(abs(rates) < _BIAS_DPS)
-        bias = np.mean(rates, axis=0).tolist() if still else (0.0, 0.0, 0.0)
         q = self._quats[n] if self._quats else (math.nan,)
         if not math.isnan(q[0]):
-            return (*quat.gravity(q), *bias, row[6])
+            return (*quat.gravity(q), 0.0, 0.0, 0.0, row[6])
         size = math.sqrt(sum(v * v for v in row[:3])) or 1.0
-        return (*(v / size for v in row[:3]), *bias, row[6])
+        return (*(v / size for v in row[:3]), 0.0, 0.0, 0.0, row[6])
 
     def at(self, t_s):
         """Specific force (g), rate (dps), temperature (degC)."""
