@@ -6,6 +6,8 @@ bytecodes of the main program. While the main program is stuck in C code nothing
 and the tick goes on predicting, steering and keeping outputs safe.
 """
 
+import io
+import os
 import sys
 
 from micropython import const
@@ -18,6 +20,7 @@ _AGE_US = const(3)
 _STALE_US = const(5)
 _DUE = const(12)
 _WAITING = const(14)
+_ERRORS = const(20)
 _AGAIN = const(25)
 _COUNT = const(30)
 _TICKS = const(5)
@@ -28,6 +31,34 @@ _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
 _CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
 
 
+class _CtrlC(io.IOBase):
+    """A terminal at which Ctrl-C is pressed once more: MicroPython prints the one that comes while
+    something scheduled runs, and the main program, which it was meant for, would go on.
+    """
+
+    _left = 0
+
+    def readinto(self, buffer):
+        if not self._left:
+            return None
+        self._left = 0
+        buffer[0] = 3
+        return 1
+
+    def write(self, data):
+        return len(data)
+
+    def ioctl(self, request, argument):
+        return 0
+
+    def press(self):
+        """It goes to whatever jumps next, so nothing here may jump after it."""
+        self._left = 1
+        before = os.dupterm(self)
+        os.dupterm_notify(None)
+        os.dupterm(before)
+
+
 class Foreground:
     """The app's soft world. `app`: firmware.app.App, whose parts it calls."""
 
@@ -35,6 +66,7 @@ class Foreground:
         self._app = app
         self._words = app.tick.words
         self._ticks = app.tick.timing.words
+        self._ctrl_c = _CtrlC()
         self.after = self._after  # a bound method is a heap block: made once
         self.errors = 0
         self.error = None
@@ -49,11 +81,15 @@ class Foreground:
         self._clock_off = False
 
     def _after(self, _):
-        words, app = self._words, self._app
-        words[_WAITING] = 0
-        if not app.running:
-            return  # it waited in the queue while the loop ended: outputs are safe
-        bus = app.bus
+        self._words[_WAITING] = 0
+        try:
+            if self._app.running:  # else it waited in the queue while the loop ended
+                self._turn(self._app)
+        except KeyboardInterrupt:
+            return self._ctrl_c.press()
+
+    def _turn(self, app):
+        words, bus = self._words, app.bus
         patient, bus.patient = bus.patient, False  # a soft tick cannot run while this does
         try:
             self._work(app)
@@ -63,6 +99,7 @@ class Foreground:
                 sys.print_exception(error)
             self.error = error
         finally:  # also after a Ctrl-C, which goes to whatever runs
+            words[_DUE] = 1
             bus.patient = patient
             looked = self._ticks[_TICKS] - self._looked
             words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
@@ -75,6 +112,10 @@ class Foreground:
         ticks = self._ticks[_TICKS]
         missed = max(0, ticks - self._seen - 1)
         self._seen = ticks
+        if app.tick.error is KeyboardInterrupt:  # it came while a soft tick ran
+            app.tick.error = None
+            self._words[_ERRORS] -= 1
+            raise KeyboardInterrupt
         if app.loop.dead:
             print("the timer of the ticks has died: another one is started")
             wiring.revive(app)

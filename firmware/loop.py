@@ -117,6 +117,12 @@ class Loop:
         return self._timing.recent_period_us()
 
     def _watch_edges(self, source):
+        try:
+            self._watch(source)
+        except KeyboardInterrupt as error:
+            self._tick.raised(error)
+
+    def _watch(self, source):
         if self.since_us() > self.period_us + (self.period_us >> 1):
             self.edges_missing += 1
             ticks = self._ticks

@@ -50,6 +50,7 @@ class Mend:
         self._acted = 0  # IN_ROW when something was done last
         self._row = 0
         self._wait_ms = None
+        self._lost = False  # a register's value, and that is counted
 
     @property
     def well(self):
@@ -117,6 +118,7 @@ class Mend:
     def _done(self, settle_us):
         words = self._words
         self._doing = _WELL
+        self._lost = False
         words[_SURE] = words[_FORGET] = 1
         words[_UNUSED_US] = settle_us
         words[_ODD] = 1
@@ -130,6 +132,10 @@ class Mend:
         words[_ODD] = 1
 
     def _count(self, cause):
+        if cause == policy.REGISTER:
+            if self._lost:
+                return  # once, however often it is written and read until it holds
+            self._lost = True
         self._words[_COUNT + cause] += 1
 
     def _verify(self):

@@ -145,10 +145,9 @@ class Tick:
                 try:
                     step(dt_us, now)
                 except BaseException as error:  # nothing may leave: the timer would be dead
-                    words[_ERRORS] += 1
                     words[_ODD] = 1
-                    tick.error = error.__class__
-                    tick._raised(dt_us)
+                    tick.raised(error)
+                    tick._went_without(dt_us)
                 took = (ticks_us() - now) & _WRAP
                 timing[_TOOK] = took
                 if took > _SLOW_US and words[_WAITING]:
@@ -157,7 +156,14 @@ class Tick:
         return run
 
     @micropython.native
-    def _raised(self, dt_us):
+    def raised(self, error):
+        """Keep what kind of error it was; a Ctrl-C is one too, until the foreground has it."""
+        self.words[_ERRORS] += 1
+        self.words[_DUE] = 0
+        self.error = error.__class__
+
+    @micropython.native
+    def _went_without(self, dt_us):
         """A step raised: it is as if there had been no sample."""
         words = self.words
         if words[_AGE_US] < _AGE_MAX_US:

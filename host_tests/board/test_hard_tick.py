@@ -26,10 +26,30 @@ def test_an_upset_reaches_neither_the_grid_nor_the_tick(rig, upset):
         assert upset in COSTS or seen.ticks == seen.expected
 
 
+def test_a_ctrl_c_is_the_programs_also_where_the_apps_own_work_runs(rig):
+    """MicroPython prints one that meets a scheduled callback; before, an eighth of
+    these went nowhere, and mpremote with them."""
+    rig.board.exec("app.outputs.add(lambda app: None)")  # the foreground after every tick
+    seen = [rig.play("ctrl-c", random.Random(press)) for press in range(30)]
+    assert [faults(one) for one in seen if faults(one)] == []
+    rig.board.exec("app.outputs.clear()")
+
+
 def test_a_second_of_them_at_random():
     found = at_random(1.0, seed=3)
     assert [faults(seen) for seen in found if faults(seen)] == []
     assert len({seen.upset for seen in found}) > 5
+
+
+SOFT = "app.set('filter', 'attitude'); time.sleep_ms(400)"  # bytecode, so it is interrupted
+
+
+def test_a_ctrl_c_is_the_programs_also_where_a_soft_tick_runs():
+    with Upsetting("1.25.0", 100) as board:
+        board.board.exec(SOFT)
+        for press in range(20):
+            board.play("ctrl-c", random.Random(press))
+        assert board.board.exec("print(app.stats()['errors'])").strip() == "0"
 
 
 CAUSES = {row.cause for row in POLICY[1:]} | {"recoveries"}

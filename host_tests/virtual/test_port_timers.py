@@ -284,3 +284,35 @@ def test_real_time_pacing():
     with Port("rp2", pace=10.0) as port:
         port.run_ms(500)
     assert 0.04 < time.monotonic() - start < 0.5
+
+
+class Key:
+    """A terminal at which Ctrl-C is pressed."""
+
+    def readinto(self, buffer):
+        buffer[0] = 3
+        return 1
+
+
+def test_a_ctrl_c_in_a_soft_callback_is_lost_unless_it_is_pressed_again():
+    """As py/scheduler.c prints what a callback raises, and os.dupterm_notify() reads a key."""
+    with Port("rp2") as port:
+        import micropython
+
+        def loses_it(_):
+            raise KeyboardInterrupt
+
+        def presses_again(_):
+            before = port.modules["os"].dupterm(Key())
+            port.modules["os"].dupterm_notify(None)
+            assert before is None
+            assert isinstance(port.modules["os"].dupterm(before), Key)
+
+        micropython.schedule(loses_it, None)
+        port.run_ms(1)
+        assert [type(error) for error in port.errors] == [KeyboardInterrupt]
+        micropython.schedule(presses_again, None)
+        with pytest.raises(KeyboardInterrupt):
+            port.run_ms(1)
+        port.run_ms(1)
+        assert len(port.errors) == 1

@@ -1,18 +1,12 @@
 # SPDX-License-Identifier: MIT
 """How each filter is run over a recording: counts in, up vectors (n x 3, sensor axes) out."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 
 from tools import recordings
 from tools.recordings import ACCEL_G, GYRO_DPS
 from tools.virtual.port import install_micropython
 
-LIB = str(Path(__file__).parents[2] / "lib")
-if LIB not in sys.path:
-    sys.path.insert(0, LIB)
 install_micropython()  # before anything of attitude.fixed
 
 CHUNK = 500  # samples between two reports of progress

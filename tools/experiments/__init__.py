@@ -11,12 +11,6 @@
 `python -m tools.experiments --out DIR` runs all of them; one file each, see __main__.ALL.
 """
 
-import sys
-from pathlib import Path
-
 from tools.virtual.port import install_micropython
 
 install_micropython()
-_LIB = str(Path(__file__).parents[2] / "lib")
-if _LIB not in sys.path:
-    sys.path.insert(0, _LIB)

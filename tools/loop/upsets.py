@@ -111,9 +111,9 @@ class Upsetting:
             return Seen(upset, 0, 0, 0, 0)
         if upset == "ctrl-c":
             try:
-                self.board.exec(_FOREVER, 20, ctrl_c_ms=(chance.randint(1, 15),))
+                self.board.exec(_FOREVER, 1, ctrl_c_ms=(chance.randint(1, 15),))
             except PicoError as error:
-                if "KeyboardInterrupt" not in str(error):
+                if "KeyboardInterrupt" not in str(error) or "no answer" in str(error):
                     raise
         else:
             self.board.exec(_SOURCES[upset].replace("SEED", str(chance.randrange(10**6))), 30)

@@ -1,18 +1,13 @@
 # SPDX-License-Identifier: MIT
 """A filter of the board over a Track: the integer code itself, run by CPython unchecked."""
 
-import sys
 from array import array
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
 from tools.virtual.port import install_micropython
 
-LIB = str(Path(__file__).parents[2] / "lib")
-if LIB not in sys.path:
-    sys.path.insert(0, LIB)
 install_micropython(checked=False)  # before anything of attitude.fixed
 
 from calibration import Calibration  # noqa: E402

@@ -124,6 +124,20 @@ def make_os(port):
     def rename(old, new, /):
         host_os.replace(path(old), path(new))
 
+    terminal = None
+
+    def dupterm(stream, index=0, /):
+        nonlocal terminal
+        before, terminal = terminal, stream
+        return before
+
+    def dupterm_notify(_, /):
+        key = bytearray(1)
+        while terminal is not None and terminal.readinto(key):
+            if key == b"\x03":
+                port.clock.scheduler.pressed = True
+                return
+
     return _module(
         "os",
         ilistdir=ilistdir, listdir=listdir, stat=stat, rename=rename,
@@ -133,7 +147,7 @@ def make_os(port):
         rmdir=lambda name, /: host_os.rmdir(path(name)),
         getcwd=lambda: "/", sync=lambda: None, urandom=host_os.urandom,
         statvfs=lambda name, /: (4096, 4096, 352, 300, 300, 0, 0, 0, 0, 255),
-        uname=lambda: _uname(port), dupterm=lambda *arguments: None,
+        uname=lambda: _uname(port), dupterm=dupterm, dupterm_notify=dupterm_notify,
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ class Scheduler:
         self.queue = deque()
         self.dropped = 0
         self.running = False
+        self.pressed = False  # a Ctrl-C that the main program has not got yet
 
     def offer(self, function, argument):
         """Queue `function(argument)`; False, and nothing else, when the queue is full."""
@@ -36,11 +37,14 @@ class Scheduler:
             self._call(function, argument)
         finally:
             self.running = False
+        if self.pressed:
+            self.pressed = False
+            raise KeyboardInterrupt
 
     def _call(self, function, argument):
         try:
             function(argument)
-        except Exception as error:
+        except (Exception, KeyboardInterrupt) as error:  # a Ctrl-C is lost here, as on a board
             if self.report is None:
                 raise
             self.report(error)
