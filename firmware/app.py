@@ -137,7 +137,8 @@ class App:
 
     def help(self):
         """Print what can be asked and told."""
-        print(_HELP)
+        for line in _HELP.split("\n"):  # each by itself: a soft tick waits while one is sent
+            print(line)
 
     # ---- start and stop
 
@@ -194,15 +195,17 @@ class App:
         A watchdog, once started, resets the board watchdog_ms later: nothing can stop it. What
         was learned of the gyro's bias is stored.
         """
-        if self in self._running:
+        if self.running:
+            try:
+                self.loop.stop()
+                self.bus.forget()
+            finally:  # also after a Ctrl-C
+                self.outputs.safe()
+            self._keep_learned()
+        if self in self._running:  # last: while it runs, the sensor is its own
             self._running.remove(self)
-        if not self.running:
-            return
-        try:
-            self.loop.stop()
-            self.bus.forget()
-        finally:  # also after a Ctrl-C
-            self.outputs.safe()
+
+    def _keep_learned(self):
         try:
             keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
         except (OSError, ValueError) as error:  # a full or worn flash, and no harm

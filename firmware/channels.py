@@ -2,10 +2,13 @@
 """What can be streamed: names, units, scales, and where in the tick's arrays each stands."""
 
 import binascii
+import io
 import json
 import sys
 from array import array
 from collections import namedtuple
+
+import micropython
 
 from firmware import filters
 
@@ -105,6 +108,32 @@ def _crc(config):
     return "%08x" % crc
 
 
-def text(head):
-    """It as bytes."""
-    return json.dumps(head).encode()
+class Text(io.IOBase):
+    """A header as bytes: `data`, of which `size` count. It is written piece by piece into what is
+    there, as the heap of a board that runs may have no such room in one piece.
+    """
+
+    def __init__(self):
+        self.data = b""
+        self.size = 0
+
+    def make(self, head):
+        """Room for it, and for the longer numbers of later ones."""
+        self.tell(head)
+        if self.size > len(self.data):
+            self.data = bytearray(self.size + self.size // 4)
+            self.tell(head)
+
+    def tell(self, head):
+        """It, cut where there is no room."""
+        self.size = 0
+        json.dump(head, self)
+
+    @micropython.native  # so that nothing scheduled runs in it, deep down in the stack
+    def write(self, piece):
+        if isinstance(piece, str):  # CPython's json
+            piece = piece.encode()
+        at, self.size = self.size, self.size + len(piece)
+        if self.size <= len(self.data):
+            self.data[at : self.size] = piece
+        return len(piece)

@@ -6,13 +6,11 @@ bytecodes of the main program. While the main program is stuck in C code nothing
 and the tick goes on predicting, steering and keeping outputs safe.
 """
 
-import io
-import os
 import sys
 
 from micropython import const
 
-from firmware import wiring
+from firmware import ctrl_c, wiring
 from firmware.faults import policy
 
 # places: firmware.tick.words, firmware.tick.timing
@@ -31,34 +29,6 @@ _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
 _CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
 
 
-class _CtrlC(io.IOBase):
-    """A terminal at which Ctrl-C is pressed once more: MicroPython prints the one that comes while
-    something scheduled runs, and the main program, which it was meant for, would go on.
-    """
-
-    _left = 0
-
-    def readinto(self, buffer):
-        if not self._left:
-            return None
-        self._left = 0
-        buffer[0] = 3
-        return 1
-
-    def write(self, data):
-        return len(data)
-
-    def ioctl(self, request, argument):
-        return 0
-
-    def press(self):
-        """It goes to whatever jumps next, so nothing here may jump after it."""
-        self._left = 1
-        before = os.dupterm(self)
-        os.dupterm_notify(None)
-        os.dupterm(before)
-
-
 class Foreground:
     """The app's soft world. `app`: firmware.app.App, whose parts it calls."""
 
@@ -66,7 +36,6 @@ class Foreground:
         self._app = app
         self._words = app.tick.words
         self._ticks = app.tick.timing.words
-        self._ctrl_c = _CtrlC()
         self.after = self._after  # a bound method is a heap block: made once
         self.errors = 0
         self.error = None
@@ -86,7 +55,7 @@ class Foreground:
             if self._app.running:  # else it waited in the queue while the loop ended
                 self._turn(self._app)
         except KeyboardInterrupt:
-            return self._ctrl_c.press()
+            return ctrl_c.press()
 
     def _turn(self, app):
         words, bus = self._words, app.bus

@@ -13,6 +13,7 @@ import os
 _SIZE_MAX = 4096  # a file larger than this was not written here; it is not read either
 _LINE_MAX = 240
 _LINES_MAX = 64  # short lines cost most: 4096 bytes of them took 130 kB of a board's heap
+_EDITED = "crc does not fit: damaged or edited"
 _GENERATION_MAX = 999999999  # no flash lives to see it; a file that claims it can be saved over
 
 
@@ -26,11 +27,16 @@ def save(path, kind, version, values):
     generation = min(max([_generation(file) for file in found]) + 1, _GENERATION_MAX)
     lines = ["plumb %s version %d generation %d" % (kind, version, generation)]
     lines.extend("%s = %s" % (name, _text(values[name])) for name in sorted(values))
-    body = "\n".join(lines) + "\n"
-    text = body + "crc %08x\n" % binascii.crc32(body.encode())
-    _check_lines(text)
+    sizes = [len(line) + 1 for line in lines]
+    if sum(sizes) + 13 > _SIZE_MAX or len(lines) >= _LINES_MAX or max(sizes) > _LINE_MAX + 1:
+        raise ValueError("too long")
+    crc = 0
     with open(path + ".new", "wb") as f:
-        f.write(text.encode())
+        for line in lines:
+            data = (line + "\n").encode()
+            crc = binascii.crc32(data, crc)
+            f.write(data)
+        f.write(_crc_line(crc))
     if isinstance(found[0], tuple):  # only a good file is worth keeping as the one before
         _move(path, path + ".old")
     _move(path + ".new", path)
@@ -45,20 +51,23 @@ def load(path, kind, version, texts=(), by_hand=False):
     is whole but for its CRC has been edited: it is taken, with a warning. A missing file is no
     warning. Never raises because of what the files hold.
     """
-    best = None
+    best = edited = None
     warnings = []
     for end in ("", ".new", ".old"):
         found = _read(path + end, kind, version, by_hand and not end)
         if isinstance(found, tuple):
             if found[2]:
-                text = "edited by hand (its crc does not fit): taken; app.save() makes it whole"
-                warnings.append("%s: %s" % (path, text))
+                edited = found
+                warnings.append("%s: %s" % (path, _EDITED))
             # .old is older whatever it says: NAME may be a copy from elsewhere, with a low number
             if best is None or (end == ".new" and found[0] > best[0]):
                 best = found
         elif found and end != ".new":  # a half-written .new is a cut save: nothing is lost
             warnings.append("%s%s: %s" % (path, end, found))
-    if warnings and not (best and best[2]):
+    if edited and best is edited:
+        text = "edited by hand (its crc does not fit): taken; app.save() makes it whole"
+        warnings[0] = "%s: %s" % (path, text)
+    elif warnings:
         warnings.append("%s: %s" % (path, "last good one used" if best else "defaults used"))
     if best is None:
         return None, warnings
@@ -74,67 +83,80 @@ def _read(path, kind, version, by_hand=False):
     try:
         if os.stat(path)[6] > _SIZE_MAX:
             return "larger than %d bytes" % _SIZE_MAX
-        with open(path, "rb") as f:
-            data = f.read(_SIZE_MAX)
+        data = _lines(path)
+        try:
+            return _parse(data, kind, version, by_hand)
+        except ValueError as error:
+            failure = str(error)
+        if by_hand:
+            try:
+                return _parse(_tidied(data), kind, version, True)
+            except ValueError:
+                pass
+        return failure
     except OSError as error:
         return None if error.errno == 2 else "cannot be read (%s)" % error
-    try:
-        return _parse(data, kind, version, by_hand)
     except ValueError as error:
-        failure = str(error)
-    if by_hand and data.count(b"\n") < 2 * _LINES_MAX:
-        try:
-            return _parse(_tidied(data), kind, version, True)
-        except ValueError:
-            pass
-    return failure
+        return str(error)
+
+
+def _lines(path):
+    """A file's lines, with their ends: a heap in pieces may have no room for it in one."""
+    lines = []
+    with open(path, "rb") as f:
+        while True:
+            line = f.readline(_LINE_MAX + 2)
+            if not line:
+                return lines
+            if len(line) > _LINE_MAX + 1 or len(lines) == 2 * _LINES_MAX:
+                raise ValueError("too long")
+            lines.append(line)
 
 
 def _tidied(data):
     """What an editor, or its user, left otherwise than save() writes it: ends of lines, blanks,
     comments; a line without a value becomes one of a name that nobody knows, and is told."""
     lines = []
-    for line in data.replace(b"\xef\xbb\xbf", b"").replace(b"\t", b" ").split(b"\n"):
-        line = line.strip()
+    for line in data:
+        line = line.replace(b"\xef\xbb\xbf", b"").replace(b"\t", b" ").strip()
         name, sign, value = line.partition(b"=")
         if line and line[0] != 35:
             if sign or not (line.startswith(b"plumb ") or line.startswith(b"crc ")):
                 line = name.strip() + b" = " + value.strip()
-            lines.append(line)
-    return b"\n".join(lines) + b"\n"
+            lines.append(line + b"\n")
+    return lines
 
 
 def _parse(data, kind, version, by_hand):
-    for byte in data:
-        if byte != 10 and not 32 <= byte <= 126:
-            raise ValueError("byte 0x%02x in a text" % byte)
-    text = data.decode()
-    end = text.rfind("\n", 0, len(text) - 1) + 1  # where the last line begins
-    if end < 1 or text[-1] != "\n" or not text[end:].startswith("crc "):
+    crc = last = 0
+    for line in data:
+        for byte in line:
+            if byte != 10 and not 32 <= byte <= 126:
+                raise ValueError("byte 0x%02x in a text" % byte)
+        last, crc = crc, binascii.crc32(line, crc)
+    if len(data) < 2 or len(data[-1]) != 13 or data[-1][:4] != b"crc " or data[-1][-1] != 10:
         raise ValueError("truncated: no crc line at its end")
-    edited = text[end:] != "crc %08x\n" % binascii.crc32(data[:end])
+    edited = data[-1] != _crc_line(last)
     if edited and not by_hand:
-        raise ValueError("crc does not fit: damaged or edited")
-    _check_lines(text)
-    lines = text[:end].split("\n")
+        raise ValueError(_EDITED)
+    if len(data) > _LINES_MAX or max([len(line) for line in data]) > _LINE_MAX + 1:
+        raise ValueError("too long")
+    lines = [line[:-1].decode() for line in data[:-1]]
     head = lines[0].split(" ")
     if len(head) != 6 or head[:3] != ["plumb", kind, "version"] or head[4] != "generation":
         raise ValueError("not a %s file" % kind)
     theirs, generation = _number(head[3]), _number(head[5])
     if theirs > version:
         raise ValueError("version %d is newer than this firmware's %d" % (theirs, version))
-    lines = lines[1:-1]
+    lines = lines[1:]
     for line in lines:
         if line.find(" = ") < 1:
             raise ValueError("line without a value: %s" % line[:40])
     return generation, lines, edited
 
 
-def _check_lines(text):
-    if len(text) > _SIZE_MAX or text.count("\n") > _LINES_MAX:
-        raise ValueError("too long")
-    if max([len(line) for line in text.split("\n")]) > _LINE_MAX:
-        raise ValueError("too long: a line")
+def _crc_line(crc):
+    return ("crc %08x\n" % crc).encode()
 
 
 def _number(word):

@@ -19,7 +19,7 @@ import time
 import micropython
 from micropython import const
 
-from firmware import channels
+from firmware import channels, ctrl_c
 from firmware.tick import tap
 
 # places: firmware.tick.tap, firmware.tick.timing, firmware.tick.words
@@ -43,6 +43,7 @@ _AT = const(17)
 _PART = const(19)
 _KIND = const(21)
 _BATCH = const(22)
+_WAIT = const(23)
 _ASKED = const(24)
 _RECORDS = const(26)
 _TICKS_LOST = const(6)
@@ -123,9 +124,9 @@ class Stream:
         self._pair = bytearray(66)
         self._line = memoryview(self._pair)[:64]
         self._own = tap.ring(1, 28)  # of a header's or the counts' frame
-        self._header = b""
+        self._header = channels.Text()
         self._number = self._next = self._chunks = 0
-        self._ring = None
+        self._ring = self._ready = self._write = None
         self._until = self._told = time.ticks_ms()
         self._starts = 0
         self._row = {}
@@ -200,8 +201,10 @@ class Stream:
     def _go(self, keep_s):
         self.keep(keep_s)
         self._told = time.ticks_ms()
+        console = self._app.telemetry.console
+        self._ready, self._write = console.ready, console.write  # a bound method is a heap block
+        self._tell(None, self._header.make)
         self.on = True
-        self.changed()
         self._app.outputs.tap = self._tap
         self._app.outputs.hand_over()
 
@@ -218,8 +221,14 @@ class Stream:
 
     def changed(self, name=None):
         """A setting has changed, one that changes nothing else, or all may have: it is told."""
-        if not self.on:
-            return
+        if self.on:
+            try:
+                self._tell(name, self._header.tell)
+            except MemoryError as error:
+                self.error = error
+                self.stop()
+
+    def _tell(self, name, write):
         app = self._app
         frames = self._ring[_LENGTH] // 28
         samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
@@ -232,9 +241,9 @@ class Stream:
         head["start"] = self._starts  # samples of kind 16 + 4 (start & 3) + part are of it
         head["seq"] = self._ring[_SEQ]  # and from this one on it holds
         self._number = (self._number + 1) & 0xFF
-        self._header = channels.text(head)
-        self._chunks = (len(self._header) + 23) // 24
-        self._next = 0
+        self._next = self._chunks = 0  # none while it is written
+        write(head)
+        self._chunks = (self._header.size + 23) // 24
 
     # ---- after ticks; allocates nothing but for what changed() makes
 
@@ -245,6 +254,8 @@ class Stream:
         except Exception as error:  # of the console, or of an app that is being set up anew
             self.error = error
             self.stop()
+        except KeyboardInterrupt:
+            return ctrl_c.press()
 
     @micropython.native
     def run(self):
@@ -253,7 +264,8 @@ class Stream:
         if time.ticks_diff(now, self._until) > 0:
             self.stop()
             return
-        ring, pair, console = self._ring, self._pair, self._app.telemetry.console
+        ring, pair, line = self._ring, self._pair, self._line
+        ready, write = self._ready, self._write
         n = 0
         if pair[2 * _FILL] < 2 and (
             self._next < self._chunks or time.ticks_diff(now, self._told) >= 0
@@ -266,23 +278,26 @@ class Stream:
                     if ring[_MODE] == 3 and ring[_TAIL] == ring[_HEAD]:
                         self._again()
                     return
-            if not console.ready():
+            if not ready():
                 self.waits += 1
                 return
-            console.write(self._line)
+            write(line)
             pair[2 * _FILL] = 0
             self.written += 1
+        if ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFE:  # there is more: not a batch later
+            ring[_WAIT] = 0
 
     def _other(self, now):
         """A frame of the header, or of the counts."""
         own = self._own
-        if self._next < self._chunks:
-            chunk = self._next
-            put(own, HEADER, self._number, chunk, self._chunks, self._header, len(self._header))
-            self._next = chunk + 1
-        else:
+        if time.ticks_diff(now, self._told) >= 0:  # first: headers may follow each other
             self._told = time.ticks_add(now, _STATUS_MS)
             self._counts(own)
+        else:
+            chunk = self._next
+            put(own, HEADER, self._number, chunk, self._chunks, self._header.data,
+                self._header.size)  # fmt: skip
+            self._next = chunk + 1
         own[_HEAD] = 1
         own[_TAIL] = 0
         fill(0, 0, 0, own, self._pair)

@@ -36,7 +36,7 @@ The ring is one array of int32, whose first words tell what is in it; records fo
 20    ERRORS     T    exceptions of what reads controllers
 21    KIND       F    of part 0
 22    BATCH      F    samples from one call of the foreground to the next
-23    WAIT       T    samples until then
+23    WAIT       F T  samples until then
 24    ASKED      F T  1: it is called and has not run yet
 """
 

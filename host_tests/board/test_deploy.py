@@ -246,14 +246,17 @@ def test_the_users_main_stays_through_deploy_and_uninstall():
         assert there["boot.py"] == program(1)["/boot.py"]  # it said nothing
         done = run(board, copy.uninstall)
         assert done.error is None
-        assert "removed 5 files; stay: config.txt" in done.text
+        assert "removed 7 files; stay: config.txt" in done.text
         assert "main.py on the board is your own and stays" in done.said
         board.wait_prompt()
         assert set(board.files()) == {"main.py", "config.txt", "lib/other.py"}
 
 
+LATER = b"import time\ntime.sleep_ms(500)\nprint('roll_deg: 0')\n"
+
+
 def test_the_whole_project_again_without_a_change():
-    files = {**flash.compiled(flash.project_files()), "main.py": b"print('roll_deg: 0')\n"}
+    files = {**flash.compiled(flash.project_files()), "main.py": LATER}
     with VirtualPico(files=files, mpy=False) as board:
         ours = {f"/{name}": content(data) for name, data in files.items()}
         assert "0 to copy" in deployed(board, ours).text  # but the record

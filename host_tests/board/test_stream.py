@@ -18,16 +18,17 @@ from firmware.app import App
 app = App()
 app.start()
 def idle(ms):
+    gc.collect()
+    gc.disable()  # a collection takes a tenth of the time, wherever it falls
     n, began = 0, time.ticks_ms()
     while time.ticks_diff(time.ticks_ms(), began) < ms:
         n += 1
+    gc.enable()
     return n
 class Sink:
-    size = 0
-    def ready(self):
-        return True
-    def write(self, data):
-        self.size += len(data)
+    def __init__(self, console):
+        self.ready = console.ready  # the real look
+        self.write = len  # all but the line itself
 """
 
 
@@ -62,7 +63,8 @@ def test_two_seconds_through_mpremote_while_twenty_knobs_are_set(board, rate_hz,
 
 def test_a_frame_costs_no_byte_and_the_tick_nothing_while_nobody_listens(board):
     board.exec(
-        "app.set('rate_hz', 250)\napp.telemetry.console, kept = Sink(), app.telemetry.console\n"
+        "app.set('rate_hz', 250)\nkept = app.telemetry.console\n"
+        "app.telemetry.console = Sink(kept)\n"
         "look, app.foreground._look = app.foreground._look, lambda app: None"  # which allocates
     )
     board.exec("app.stream.start(keep_s=1000)\nidle(600)")
@@ -79,15 +81,18 @@ def test_a_frame_costs_no_byte_and_the_tick_nothing_while_nobody_listens(board):
 
 @pytest.mark.parametrize("rate_hz", [250, 1000])
 def test_the_cost_of_a_sample(board, rate_hz, record_property):
-    """From the time that is left to the main program, with the real console's looks and writes
-    but for the line itself."""
-    board.exec(f"app.set('rate_hz', {rate_hz})\napp.telemetry.console = Sink()")
+    """From the time that is left to the main program, with the real console's looks, once the
+    header is sent; all but the line itself."""
+    board.exec(
+        f"app.set('rate_hz', {rate_hz})\napp.telemetry.console = Sink(kept)\n"
+        "app.foreground._look = lambda app: None"  # which falls into one window and not the other
+    )
     alone = int(board.exec("idle(50)\nprint(idle(400))", 30))
-    board.exec("app.stream.start(keep_s=1000)\nidle(600)", 60)
+    board.exec("app.stream.start(keep_s=1000)\nidle(2400)", 60)
     beside = int(board.exec("print(idle(400))", 30))
-    board.exec("app.stream.stop()\napp.telemetry.console = kept")
+    board.exec("app.stream.stop()\napp.telemetry.console, app.foreground._look = kept, look")
     free_us = int(board.exec("app.loop.stop()\nprint(idle(400))\napp.loop.start()", 30))
     cost_us = (alone - beside) / free_us * 1e6 / rate_hz
     print(f"{rate_hz} Hz: a sample costs {cost_us:.0f} us")
     record_property("cost_us", cost_us)
-    assert cost_us < 130
+    assert cost_us < 80

@@ -17,6 +17,20 @@ def test_a_knob_set_between_calibrating_and_start_reaches_the_chip(board, tmp_pa
 
 
 @boards
+@pytest.mark.parametrize("after", range(12))
+def test_a_start_that_is_interrupted_leaves_the_sensor_to_who_has_it(board, after, tmp_path):
+    again = ("start", {"how": "Ctrl-C", "after": after})
+    replay(board, [*REST, again, ("second_app", {})], tmp_path)
+
+
+@boards
+def test_a_soft_output_is_fed_between_the_lines_of_what_is_printed(board, tmp_path):
+    output = [("output", {"hard": False}), ("read", {})]
+    asked = [("ask", {"name": name}) for name in ("show", "help", "report")]
+    replay(board, [*REST, *output, *asked], tmp_path)
+
+
+@boards
 @pytest.mark.parametrize("name", ["balance", "quad", "platform"])
 def test_an_application_started_again_runs_again(board, name, tmp_path):
     steps = [*REST, ("application", {"name": name}), ("stop", {}), ("application", {"name": name})]

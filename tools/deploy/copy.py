@@ -48,7 +48,8 @@ def uninstall(port, say=print):
         for note in plan.notes:
             say(note)
         stay = [name for name in SETTINGS if board.ask(f"kind({'/' + name!r})")]
-        say(f"removed {len(plan.gone)} files; stay: {', '.join(stay) or 'no settings were there'}")
+        removed = len(plan.gone) + len(plan.last) - 1  # but for the record of them
+        say(f"removed {removed} files; stay: {', '.join(stay) or 'no settings were there'}")
         board.reset()
 
 

@@ -18,7 +18,7 @@ def started(board, own, wait_s, say):
 
     own: main.py is the user's, of whom nothing is expected. wait_s: silence that is borne.
     """
-    said = _listen(board, wait_s)
+    said = _listen(board, wait_s if own else wait_s / 4)
     if not own and not ANGLE.search(said):
         board.soft_reset()  # what it printed before its port was open again is lost: once more
         said = _listen(board, wait_s, after=REBOOT)

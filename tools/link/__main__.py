@@ -25,7 +25,7 @@ def measured(board, samples, knobs, rate_hz=None):
     board.run("app.stream.start(keep_s=100000)")
     reader, good, asked = Reader(), 0, 0
     numbers = []
-    while sum(map(len, numbers)) < samples + SETTLE:
+    while sum(map(len, numbers)) < samples + SETTLE or asked < knobs:
         reader.feed(board.contents())
         numbers += [batch.number for batch in reader.take()]
         had = sum(map(len, numbers)) - SETTLE

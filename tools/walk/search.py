@@ -34,7 +34,7 @@ def as_test(board, steps, what):
     lines = ["def test_NAME(tmp_path):", '    """%s"""' % what.split("\n")[0][:90]]
     lines.append("    steps = [")
     for name, parameters in steps:
-        told = {k: v for k, v in parameters.items() if v is not None and v is not False}
+        told = {k: v for k, v in parameters.items() if v is not None}
         if name == "set":
             told["value"] = parameters["value"]
         if not told.get("how"):

@@ -101,6 +101,7 @@ class Importer:
         if settings.get("file") is None:
             self.port.console.write(len(" ".join(map(str, values))) + 2)
         print(*values, **settings)
+        self.port.clock.breathe()  # the next bytecodes: what waits runs between two prints
 
     def find_spec(self, fullname, path=None, target=None):
         top = fullname.partition(".")[0]

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+"""Ctrl-C that came while something scheduled ran: MicroPython prints it there, and the main
+program, which it was meant for, would go on. So it is pressed once more.
+"""
+
+import io
+import os
+
+
+class _Terminal(io.IOBase):
+    """At which Ctrl-C is pressed."""
+
+    left = 0
+
+    def readinto(self, buffer):
+        if not self.left:
+            return None
+        self.left = 0
+        buffer[0] = 3
+        return 1
+
+    def write(self, data):
+        return len(data)
+
+    def ioctl(self, request, argument):
+        return 0
+
+
+_terminal = _Terminal()
+
+
+def press():
+    """It goes to whatever jumps next: the caller returns at once."""
+    _terminal.left = 1
+    before = os.dupterm(_terminal)
+    os.dupterm_notify(None)
+    os.dupterm(before)
