@@ -141,10 +141,13 @@ def test_the_int_line_sets_the_pace(deployed):
     board, _ = deployed
     s = stats_of(
         board,
-        "app.set('drive', 'data-ready')\napp.start()\ntime.sleep_ms(300)\ns = app.stats()\n"
+        "app.set('drive', 'data-ready')\napp.start()\nbefore = app.stats()['ticks']\n"
+        "began = time.ticks_us()\ntime.sleep_ms(300)\ns = app.stats().copy()\n"
+        "s['took_us'] = time.ticks_diff(time.ticks_us(), began)\ns['ticks'] -= before\n"
         "app.stop()\napp.set('drive', 'timer')",
     )
-    assert 72 <= s["ticks"] <= 76
+    assert s["took_us"] >= 300_000
+    assert s["ticks"] == pytest.approx(s["took_us"] / 4000, abs=1.5)
     assert s["lost"] == s["errors"] == s["edges_missing"] == 0
     assert s["jitter_p99_us"] <= 100
 
@@ -171,7 +174,10 @@ def test_one_kilohertz_for_two_seconds_with_the_heap_locked(deployed):
     )
     print("1 kHz:", s)
     assert board.exec("print(n)") == "None\n"
-    assert s["ticks"] >= 1999
-    assert s["lost"] == s["overruns"] == s["errors"] == 0
+    assert s["overruns"] == s["errors"] == 0
+    if board.version < (1, 26):  # softly: the foreground's looks cost ticks, and each is counted
+        assert s["tick"] == "soft" and s["ticks"] + s["lost"] == pytest.approx(2000, abs=5)
+        return
+    assert s["tick"] == "hard" and s["ticks"] >= 1999 and s["lost"] == 0
     assert s["period_mean_us"] == pytest.approx(1000, abs=0.5)
     assert s["jitter_p99_us"] <= 20
