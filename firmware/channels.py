@@ -8,8 +8,6 @@ import sys
 from array import array
 from collections import namedtuple
 
-import micropython
-
 from firmware import filters
 
 # source, place, shift: firmware.tick.tap, but for those that are ALWAYS there; the value is the
@@ -114,7 +112,7 @@ class Text(io.IOBase):
     """
 
     def __init__(self):
-        self.data = b""
+        self.data = bytearray()
         self.size = 0
 
     def make(self, head):
@@ -129,7 +127,6 @@ class Text(io.IOBase):
         self.size = 0
         json.dump(head, self)
 
-    @micropython.native  # so that nothing scheduled runs in it, deep down in the stack
     def write(self, piece):
         if isinstance(piece, str):  # CPython's json
             piece = piece.encode()

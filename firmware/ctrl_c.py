@@ -22,9 +22,6 @@ class _Terminal(io.IOBase):
     def write(self, data):
         return len(data)
 
-    def ioctl(self, request, argument):
-        return 0
-
 
 _terminal = _Terminal()
 

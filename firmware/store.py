@@ -102,7 +102,7 @@ def _read(path, kind, version, by_hand=False):
 
 def _lines(path):
     """A file's lines, with their ends: a heap in pieces may have no room for it in one."""
-    lines = []
+    lines = []  # type: list
     with open(path, "rb") as f:
         while True:
             line = f.readline(_LINE_MAX + 2)
@@ -116,7 +116,7 @@ def _lines(path):
 def _tidied(data):
     """What an editor, or its user, left otherwise than save() writes it: ends of lines, blanks,
     comments; a line without a value becomes one of a name that nobody knows, and is told."""
-    lines = []
+    lines = []  # type: list
     for line in data:
         line = line.replace(b"\xef\xbb\xbf", b"").replace(b"\t", b" ").strip()
         name, sign, value = line.partition(b"=")

@@ -125,8 +125,9 @@ class Stream:
         self._line = memoryview(self._pair)[:64]
         self._own = tap.ring(1, 28)  # of a header's or the counts' frame
         self._header = channels.Text()
+        self._todo = []  # changes that wait until the header before them is sent
         self._number = self._next = self._chunks = 0
-        self._ring = self._ready = self._write = None
+        self._ring = self._tap = self._ready = self._write = None
         self._until = self._told = time.ticks_ms()
         self._starts = 0
         self._row = {}
@@ -177,6 +178,7 @@ class Stream:
 
     def _begin(self, names, every, samples):
         self.stop()
+        self._ring = self._tap = None  # its room is wanted
         app = self._app
         beside = []
         for name in names:
@@ -233,13 +235,21 @@ class Stream:
         frames = self._ring[_LENGTH] // 28
         samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
         self._ring[_BATCH] = max(1, min(samples, (2 * _PAIRS - 1) // frames))
-        if name is None or self._next < self._chunks:
+        if name is None:
             head = channels.header(app, self._chosen, self._every)
             head.update(self._row)
+            self._todo = []
         else:
             head = channels.change(app, name)
         head["start"] = self._starts  # samples of kind 16 + 4 (start & 3) + part are of it
         head["seq"] = self._ring[_SEQ]  # and from this one on it holds
+        if name is not None and (self._todo or self._next < self._chunks):
+            self._todo.append(head)
+        else:
+            self._put(head, write)
+
+    def _put(self, head, write):
+        """It is sent from now on."""
         self._number = (self._number + 1) & 0xFF
         self._next = self._chunks = 0  # none while it is written
         write(head)
@@ -268,7 +278,7 @@ class Stream:
         ready, write = self._ready, self._write
         n = 0
         if pair[2 * _FILL] < 2 and (
-            self._next < self._chunks or time.ticks_diff(now, self._told) >= 0
+            self._next < self._chunks or self._todo or time.ticks_diff(now, self._told) >= 0
         ):
             self._other(now)
         while n < _PAIRS:
@@ -294,6 +304,9 @@ class Stream:
             self._told = time.ticks_add(now, _STATUS_MS)
             self._counts(own)
         else:
+            if self._next == self._chunks:
+                self._put(self._todo[0], self._header.tell)
+                self._todo.pop(0)
             chunk = self._next
             put(own, HEADER, self._number, chunk, self._chunks, self._header.data,
                 self._header.size)  # fmt: skip
