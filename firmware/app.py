@@ -73,13 +73,14 @@ class App:
     and period_us (of the ticks, as measured).
     """
 
-    _running = []  # type: list  # those whose loop ticks
+    _running = []  # type: list  # those begun and not stopped; a Ctrl-C may leave one that stands
     _knobs = {knob.name for knob in KNOBS} - {"filter", "bus"}  # these are the app's own too
 
     @classmethod
     def current(cls):
         """The App that runs, the one started last, or None."""
-        return cls._running[-1] if cls._running else None
+        ticking = [app for app in cls._running if app.running]
+        return ticking[-1] if ticking else None
 
     def __init__(self, board=None, console=None, name="", sensor=None):
         self.board = board or boards.here()
@@ -171,7 +172,7 @@ class App:
         self.board.use(self.config)
         startup.check(self.config, self.board)
         for other in self._running:
-            if self._same_sensor(other):
+            if other.running and self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
         self._find_sensor()
         began = learning.begin(self.imu, self.config)

@@ -116,14 +116,13 @@ class Text(io.IOBase):
         self.size = 0
 
     def make(self, head):
-        """Room for it, and for the longer numbers of later ones."""
-        self.tell(head)
+        """Of this dict; with room for the longer numbers of later ones. MemoryError."""
+        self._dump(head)
         if self.size > len(self.data):
             self.data = bytearray(self.size + self.size // 4)
-            self.tell(head)
+            self._dump(head)
 
-    def tell(self, head):
-        """It, cut where there is no room."""
+    def _dump(self, head):
         self.size = 0
         json.dump(head, self)
 

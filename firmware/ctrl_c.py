@@ -28,7 +28,8 @@ _terminal = _Terminal()
 
 def press():
     """It goes to whatever jumps next: the caller returns at once."""
+    notify = os.dupterm_notify  # first: where it is not, the user's terminal stays
     _terminal.left = 1
     before = os.dupterm(_terminal)
-    os.dupterm_notify(None)
+    notify(None)
     os.dupterm(before)

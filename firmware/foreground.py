@@ -18,7 +18,6 @@ _AGE_US = const(3)
 _STALE_US = const(5)
 _DUE = const(12)
 _WAITING = const(14)
-_ERRORS = const(20)
 _AGAIN = const(25)
 _COUNT = const(30)
 _TICKS = const(5)
@@ -68,7 +67,7 @@ class Foreground:
                 sys.print_exception(error)
             self.error = error
         finally:  # also after a Ctrl-C, which goes to whatever runs
-            words[_DUE] = 1
+            words[_DUE] = 1  # and so may a second one, from here on
             bus.patient = patient
             looked = self._ticks[_TICKS] - self._looked
             words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
@@ -83,7 +82,6 @@ class Foreground:
         self._seen = ticks
         if app.tick.error is KeyboardInterrupt:  # it came while a soft tick ran
             app.tick.error = None
-            self._words[_ERRORS] -= 1
             raise KeyboardInterrupt
         if app.loop.dead:
             print("the timer of the ticks has died: another one is started")

@@ -55,6 +55,7 @@ _FILL = const(32)  # place in a pair, after its 64 bytes: how many frames are in
 _PAIRS = const(4)  # written in a row: 256 bytes
 _CALL_MS = const(40)  # at most between two calls of run()
 _STATUS_MS = const(500)
+_TODO = const(8)  # changes that wait
 _LEAST = const(16)  # records in a ring
 
 
@@ -127,7 +128,7 @@ class Stream:
         self._header = channels.Text()
         self._todo = []  # changes that wait until the header before them is sent
         self._number = self._next = self._chunks = 0
-        self._ring = self._tap = self._ready = self._write = None
+        self._ring = self._tap = None
         self._until = self._told = time.ticks_ms()
         self._starts = 0
         self._row = {}
@@ -205,7 +206,7 @@ class Stream:
         self._told = time.ticks_ms()
         console = self._app.telemetry.console
         self._ready, self._write = console.ready, console.write  # a bound method is a heap block
-        self._tell(None, self._header.make)
+        self._tell(None)
         self.on = True
         self._app.outputs.tap = self._tap
         self._app.outputs.hand_over()
@@ -225,12 +226,12 @@ class Stream:
         """A setting has changed, one that changes nothing else, or all may have: it is told."""
         if self.on:
             try:
-                self._tell(name, self._header.tell)
+                self._tell(name)
             except MemoryError as error:
                 self.error = error
                 self.stop()
 
-    def _tell(self, name, write):
+    def _tell(self, name):
         app = self._app
         frames = self._ring[_LENGTH] // 28
         samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
@@ -243,16 +244,19 @@ class Stream:
             head = channels.change(app, name)
         head["start"] = self._starts  # samples of kind 16 + 4 (start & 3) + part are of it
         head["seq"] = self._ring[_SEQ]  # and from this one on it holds
-        if name is not None and (self._todo or self._next < self._chunks):
+        if name is None or not (self._todo or self._next < self._chunks):
+            self._put(head)
+        elif len(self._todo) < _TODO:
             self._todo.append(head)
-        else:
-            self._put(head, write)
+        else:  # they come faster than they are sent: the last one tells the rest
+            self._todo[-1]["settings"].update(head["settings"])
+            self._todo[-1]["crc"] = head["crc"]
 
-    def _put(self, head, write):
+    def _put(self, head):
         """It is sent from now on."""
         self._number = (self._number + 1) & 0xFF
         self._next = self._chunks = 0  # none while it is written
-        write(head)
+        self._header.make(head)
         self._chunks = (self._header.size + 23) // 24
 
     # ---- after ticks; allocates nothing but for what changed() makes
@@ -305,7 +309,7 @@ class Stream:
             self._counts(own)
         else:
             if self._next == self._chunks:
-                self._put(self._todo[0], self._header.tell)
+                self._put(self._todo[0])
                 self._todo.pop(0)
             chunk = self._next
             put(own, HEADER, self._number, chunk, self._chunks, self._header.data,

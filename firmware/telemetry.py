@@ -73,7 +73,6 @@ class Console:
         self._in.register(sys.stdin, select.POLLIN)
         self.write = sys.stdout.buffer.write  # takes bytes; a bound method, so kept
 
-    @micropython.native
     def ready(self):
         """Whether somebody takes what is written. Allocates nothing."""
         for _ in self._out.ipoll(0):

@@ -157,10 +157,11 @@ class Tick:
 
     @micropython.native
     def raised(self, error):
-        """Keep what kind of error it was; a Ctrl-C is one too, until the foreground has it."""
-        self.words[_ERRORS] += 1
-        self.words[_DUE] = 0
+        """Keep what kind it was. A Ctrl-C is no error: the foreground gives it to the program."""
         self.error = error.__class__
+        if self.error is not KeyboardInterrupt:
+            self.words[_ERRORS] += 1
+        self.words[_DUE] = 0
 
     @micropython.native
     def _went_without(self, dt_us):

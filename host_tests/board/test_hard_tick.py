@@ -27,8 +27,7 @@ def test_an_upset_reaches_neither_the_grid_nor_the_tick(rig, upset):
 
 
 def test_a_ctrl_c_is_the_programs_also_where_the_apps_own_work_runs(rig):
-    """MicroPython prints one that meets a scheduled callback; before, an eighth of
-    these went nowhere, and mpremote with them."""
+    """MicroPython prints one that meets a scheduled callback, and the program goes on."""
     rig.board.exec("app.outputs.add(lambda app: None)")  # the foreground after every tick
     seen = [rig.play("ctrl-c", random.Random(press)) for press in range(30)]
     assert [faults(one) for one in seen if faults(one)] == []

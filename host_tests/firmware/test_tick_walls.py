@@ -39,15 +39,15 @@ def test_the_tick_imports_itself_and_three_modules(path):
 
 
 def test_no_other_file_of_the_firmware_has_machine_code_but_the_applications():
-    """telemetry.put_mdeg and stream's frames make text and bytes, and ready() is asked before each
-    two of these; the applications' controllers are the hard outputs that the tick calls."""
+    """telemetry.put_mdeg and stream's frames make text and bytes; the applications' controllers
+    are the hard outputs that the tick calls."""
     for path in OTHERS:
         if path.parent.name == "apps":
             continue
         names = {function.name for function in fast_functions(path)}
         if path.name == "stream.py":
             continue
-        assert names <= {"put_mdeg", "ready"}, (path.name, names)
+        assert names <= {"put_mdeg"}, (path.name, names)
 
 
 def own_nodes(function):

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The shortest walks that broke a promise once (tools/walk), by what was wrong."""
 
+import contextlib
+
 import pytest
 
+from tools.walk.break_in import ctrl_c
 from tools.walk.steps import Steps, replay
 from tools.walk.world import BOARDS
 
@@ -21,6 +24,29 @@ def test_a_knob_set_between_calibrating_and_start_reaches_the_chip(board, tmp_pa
 def test_a_start_that_is_interrupted_leaves_the_sensor_to_who_has_it(board, after, tmp_path):
     again = ("start", {"how": "Ctrl-C", "after": after})
     replay(board, [*REST, again, ("second_app", {})], tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("after", range(12))
+def test_a_stop_that_is_interrupted_leaves_the_sensor_to_who_wants_it(board, after, tmp_path):
+    walk = Steps(board, tmp_path)
+    try:
+        for step, parameters in REST:
+            walk.do(step, **parameters)
+        app = walk.world.app
+        with contextlib.suppress(KeyboardInterrupt), ctrl_c(walk.world.port.clock, after):
+            app.stop()
+        other = type(app)()
+        if app.running:
+            assert type(app).current() is app
+            with pytest.raises(OSError, match="has a running App"):
+                other.start()
+        else:
+            assert type(app).current() is None
+            other.start()
+            assert type(app).current() is other
+    finally:
+        walk.world.port.__exit__(None, None, None)
 
 
 @boards

@@ -1,21 +1,15 @@
 # SPDX-License-Identifier: MIT
 """A pseudo-terminal in front of the emulated board's console, for mpremote, screen or Thonny."""
 
-import fcntl
 import os
 import select
 import signal
 import subprocess
 import sys
-import termios
 import time
 import tty
 
 from tools.virtual.rp2040.console import CTRL_C, CTRL_D
-
-UNREAD = 512  # bytes that may wait for the client while the board goes on
-PATIENCE_S = 1.0
-LOOK_S = 0.0005
 
 
 class Terminal:
@@ -28,7 +22,6 @@ class Terminal:
         self._previous = None
         self._master = self._slave = None
         self.path = None
-        self._patience_s = PATIENCE_S
 
     def __enter__(self):
         self._master, self._slave = os.openpty()
@@ -55,23 +48,8 @@ class Terminal:
             moved = self._from_client()
             self._run(None, 0.001)
             moved |= self._flush()
-            self._let_client_read()
             if not moved and self._console.idle:
                 select.select([self._master], [], [], 0.0005)
-
-    def _let_client_read(self):
-        """A PC is far faster than a board, also where this one is busy with the board's emulation;
-        a client that has not read for a second is one that does not.
-        """
-        if not self._unread():
-            self._patience_s = PATIENCE_S
-        while self._patience_s > 0 and self._unread() > UNREAD:
-            time.sleep(LOOK_S)
-            self._patience_s -= LOOK_S
-
-    def _unread(self):
-        """Bytes that wait for the client."""
-        return int.from_bytes(fcntl.ioctl(self._slave, termios.FIONREAD, bytes(4)), sys.byteorder)
 
     def mpremote(self, arguments, timeout_s):
         """Run the real mpremote on this terminal: its exit code and what it printed (bytes)."""
