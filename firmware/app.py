@@ -79,8 +79,11 @@ class App:
     @classmethod
     def current(cls):
         """The App that runs, the one started last, or None."""
-        ticking = [app for app in cls._running if app.running]
-        return ticking[-1] if ticking else None
+        last = None
+        for app in cls._running:
+            if app.running:
+                last = app
+        return last
 
     def __init__(self, board=None, console=None, name="", sensor=None):
         self.board = board or boards.here()
@@ -202,15 +205,12 @@ class App:
                 self.bus.forget()
             finally:  # also after a Ctrl-C
                 self.outputs.safe()
-            self._keep_learned()
+            try:
+                keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
+            except (OSError, ValueError) as error:  # a full or worn flash, and no harm
+                print("warning: what was learned of the gyro's bias is not stored:", error)
         if self in self._running:  # last: while it runs, the sensor is its own
             self._running.remove(self)
-
-    def _keep_learned(self):
-        try:
-            keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
-        except (OSError, ValueError) as error:  # a full or worn flash, and no harm
-            print("warning: what was learned of the gyro's bias is not stored:", error)
 
     def _watch(self):
         """Start the watchdog where a knob asks for it; it bites from now on."""

@@ -2,7 +2,6 @@
 """What can be streamed: names, units, scales, and where in the tick's arrays each stands."""
 
 import binascii
-import io
 import json
 import sys
 from array import array
@@ -106,9 +105,10 @@ def _crc(config):
     return "%08x" % crc
 
 
-class Text(io.IOBase):
-    """A header as bytes: `data`, of which `size` count. It is written piece by piece into what is
-    there, as the heap of a board that runs may have no such room in one piece.
+class Text:
+    """A header as bytes of JSON: `data`, of which `size` count. It is written piece by piece into
+    what is there, as the heap of a board that runs may have no such room in one piece; and not by
+    json.dump(), in which scheduled calls would run, deep down in the stack that a tick needs.
     """
 
     def __init__(self):
@@ -117,19 +117,26 @@ class Text(io.IOBase):
 
     def make(self, head):
         """Of this dict; with room for the longer numbers of later ones. MemoryError."""
-        self._dump(head)
+        self.size = 0
+        self._write(head)
         if self.size > len(self.data):
             self.data = bytearray(self.size + self.size // 4)
-            self._dump(head)
+            self.make(head)
 
-    def _dump(self, head):
-        self.size = 0
-        json.dump(head, self)
+    def _write(self, head):
+        self._add("{")
+        mark = ""
+        for key in head:
+            self._add('%s"%s": ' % (mark, key))
+            if isinstance(head[key], dict):
+                self._write(head[key])
+            else:
+                self._add(json.dumps(head[key]))
+            mark = ", "
+        self._add("}")
 
-    def write(self, piece):
-        if isinstance(piece, str):  # CPython's json
-            piece = piece.encode()
+    def _add(self, text):
+        piece = text.encode()
         at, self.size = self.size, self.size + len(piece)
         if self.size <= len(self.data):
             self.data[at : self.size] = piece
-        return len(piece)

@@ -13,11 +13,10 @@ class _Terminal(io.IOBase):
     left = 0
 
     def readinto(self, buffer):
-        if not self.left:
-            return None
-        self.left = 0
-        buffer[0] = 3
-        return 1
+        if self.left:
+            self.left = 0
+            buffer[0] = 3
+            return 1
 
     def write(self, data):
         return len(data)

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+"""The stream's header: JSON in a room that it never leaves, and settings that change faster than
+they are sent. What goes over the line is in board/test_stream.py.
+"""
+
+import json
+
+import pytest
+
+from tools.virtual.bus import Bus
+from tools.virtual.chip import MPU6050Chip
+from tools.virtual.port import Port
+
+
+@pytest.fixture
+def app(tmp_path):
+    with Port("rp2", {0: Bus(MPU6050Chip(seed=3))}, version=(1, 26, 1), root=tmp_path) as port:
+        from firmware.app import App
+
+        port.run_ms(100)
+        app = App()
+        app.set("rest_s", 0.1)
+        app.start()
+        app.stream.start(keep_s=1000)
+        yield app
+        app.stop()
+
+
+def told(app):
+    text = app.stream._header
+    return json.loads(bytes(text.data[: text.size]))
+
+
+def test_it_is_what_json_makes_of_it(app):
+    from firmware import channels
+
+    for head in ({}, {"a": {}, "b": {"c": (1, 2.5), "d": 'x"y'}, "e": True, "f": None}):
+        text = channels.Text()
+        text.make(head)
+        assert json.loads(bytes(text.data[: text.size])) == json.loads(json.dumps(head))
+    assert told(app)["settings"]["rest_s"] == 0.1
+
+
+def test_one_that_has_grown_gets_more_room_and_is_whole(app):
+    """A calibration is in it only once there is one."""
+    room = len(app.stream._header.data)
+    app.calibration = app.calibration.but(date="x" * room)
+    app.stream.changed()
+    assert app.stream._header.size <= len(app.stream._header.data)
+    assert told(app)["calibration"]["date"] == "x" * room
+
+
+def test_changes_that_come_faster_than_they_are_sent_are_few_and_end_at_the_last_value(app):
+    stream = app.stream
+    for n in range(40):
+        app.set("attitude_rest_tau_s", 0.5 + n / 100)
+        app.set("complementary_tau_s", 0.1 + n / 100)
+    assert 0 < len(stream._todo) <= 8
+    assert stream._todo[-1]["settings"] == {
+        "attitude_rest_tau_s": app.config.attitude_rest_tau_s,
+        "complementary_tau_s": app.config.complementary_tau_s,
+    }
+    assert app.config.attitude_rest_tau_s == 0.5 + 39 / 100
