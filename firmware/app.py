@@ -33,6 +33,7 @@ from firmware.watchdog import Feeding
 _ODD = const(0)
 _AGE_US = const(3)
 _STALE_US = const(5)
+_LATE_US = const(13)
 _ZERO_YAW = const(11)
 _DUE = const(12)
 _UNCERTAIN = const(12)
@@ -44,6 +45,7 @@ PACE = ("rate_hz", "drive", "burst")
 PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin_int")
 ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 _UNDO = const(20)
+_CHANGE_DPS2 = 1000  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
 
 _HELP = """app.start(), app.stop()            run in the background; end
@@ -232,8 +234,9 @@ class App:
 
     def _same_sensor(self, other):
         mine, its = self.board, other.board
-        same_wires = (mine.i2c_id, mine.sda, mine.scl) == (its.i2c_id, its.sda, its.scl)
-        if mine.i2c_id == its.i2c_id and not same_wires:
+        wires, its_wires = (mine.sda, mine.scl), (its.sda, its.scl)
+        same_wires = wires == its_wires  # an ESP32 has any pins for any number
+        if not same_wires and (mine.i2c_id == its.i2c_id or _any(wires, its_wires)):
             text = "I2C%d has the pins SDA GP%d, SCL GP%d for a running App: set the knob bus"
             raise OSError(text % (its.i2c_id, its.sda, its.scl))
         return same_wires and other.config.address == self.config.address
@@ -523,8 +526,12 @@ class App:
 
     @property
     def yaw_doubt_deg(self):
-        """How far outages may have put the yaw off since the start or zero_yaw(), degrees."""
-        return self.tick.words[_YAW_DOUBT] / 1000
+        """How far outages may have put the yaw off since the start or zero_yaw(), degrees; one
+        that lasts has hidden a change of the rate by now."""
+        age_us = min(self.age_us, 1000000)
+        if age_us <= self.tick.words[_LATE_US]:
+            age_us = 0
+        return self.tick.words[_YAW_DOUBT] / 1000 + _CHANGE_DPS2 / 2e12 * age_us * age_us
 
     @property
     def turned_deg(self):

@@ -11,7 +11,7 @@ import time
 from collections import namedtuple
 
 from calibration import Calibration
-from calibration.rest import NotStill, rest, turn_dps
+from calibration.rest import BIAS_LIMIT_DPS, NotStill, rest, turn_dps
 from calibration.thermal import BiasLearner
 from calibration.watch import Watch
 from micropython import const
@@ -173,7 +173,9 @@ class Learning:
     def _judge(self, still):
         """Three seconds of rest, or of a steady turn."""
         bound = _BOUND_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - self._temp_c)
-        if self.known == NOTHING:
+        if not _near(still.gyro_dps, (0.0, 0.0, 0.0), BIAS_LIMIT_DPS):
+            self._has_moved()  # no bias is so large
+        elif self.known == NOTHING:
             self._take(still)
         elif _near(still.gyro_dps, self._bias, bound):
             self._agree(still)

@@ -35,7 +35,6 @@ _AGE_US = const(3)
 _STALE_US = const(5)
 _RING_US = const(7)
 _SURE = const(8)
-_FORGET = const(9)
 _SWAP = const(10)
 _UNCERTAIN = const(12)  # of firmware.tick.estimate
 _TICKS = const(5)  # of firmware.tick.timing
@@ -48,7 +47,7 @@ _PAUSE = const(24)
 _PATIENCE = const(27)
 _YAW_DOUBT = const(28)
 # those that begin anew with a start, besides the counts
-_FRESH = (1, 2, 3, 4, 6, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
+_FRESH = (1, 2, 3, 4, 6, 9, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
 _COUNT = const(30)
 
 
@@ -164,7 +163,7 @@ def renew(app, old):
                 gap.open(old, app.tick.memory)
             new.go_on_from(old)
             was, now = GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps]
-            gap.rescale(app.tick.memory, was, now)
+            gap.rescale(app.tick.memory, was, now, new.accel_g / old.accel_g)
         use(app, new)
         if old is not None:
             words[_FROM_US] = age_us  # ticks of the pause are still to be bridged
@@ -199,7 +198,7 @@ def begin(app, still):
         words[place] = 0
     for place in range(_COUNT, len(words)):
         words[place] = 0
-    words[_SURE] = words[_FORGET] = words[_ODD] = 1
+    words[_SURE] = words[_ODD] = 1
     for place in range(len(tick.est)):
         tick.est[place] = 0
     startup.first(imu)
@@ -210,8 +209,10 @@ def begin(app, still):
             app.filter.relevel()
     app.filter.update(imu.counts)
     burst = array("H", [count & 0xFFFF for count in imu.counts])
+    judge.forget(tick.memory)
     for place in range(7):  # a pause ahead of the first tick is bridged from here
         tick.memory[place] = burst[place]
+    judge.judge(burst, tick.memory)  # and what is a leap from here is one
     estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
     app.learning.begin()
     tick.est[_UNCERTAIN] = 1 if words[_UNSURE_US] else 0
@@ -250,7 +251,7 @@ def change(app, pace):
         else:
             renew(app, app.filter)
         settle(app)
-        words[_FORGET] = words[_ODD] = 1
+        words[_ODD] = 1
     if pace and running:
         words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
         app.loop.start()

@@ -3,9 +3,9 @@
 
 Meanwhile the angle is turned on with the last good rate, each time from where the last good
 sample left it. The sample that ends the gap brings the mean of the rates before and after: the
-filter goes back to where the gap began and takes that. After too long a gap nobody knows the
-tilt: the filter levels anew. How far the yaw may be off adds up (YAW_DOUBT); where that is much,
-it is said to be lost.
+filter goes back to where the gap began and takes that. After too long a gap, or one that hid a
+rate beyond its range for long, nobody knows the tilt: the filter levels anew. How far the yaw may
+be off adds up (YAW_DOUBT); where that is much, it is said to be lost.
 """
 
 from array import array
@@ -16,16 +16,18 @@ from micropython import const
 # places: firmware.tick.words
 _CAUSE = const(1)
 _FROM_US = const(15)
+_RING_US = const(7)
 _UNSURE_US = const(16)
 _YAW_LOST = const(17)
 _YAW_DOUBT = const(28)
 
-_SATURATED = const(6)  # a cause of firmware.faults.policy
+_JUMP = const(5)  # a cause of firmware.faults.policy
 _REJECTED = const(8)  # a place of firmware.tick.judge's memory
 _PREDICT_US = const(250000)  # longer than that the last rate says nothing
 _YAW_US = const(1000000)  # so long the mean of two rates is the best guess of the yaw
 _LEVEL_US = const(1500000)  # after a levelling: the accelerometer may have been pushed
 _TURNING_MDPS = const(3000)
+_OVER = const(4)  # a place among the rates
 _LOST_MDEG = const(15000)  # from here on the yaw is not claimed any more
 
 
@@ -100,15 +102,18 @@ class Gap:
     def __init__(self, words):
         self._words = words
         self._held = array("h", [0] * 7)  # the last good burst before the gap
-        self._rates = array("i", [0] * 4)  # and the filter's rates, mdeg/s; 1: at rest
+        # and the filter's rates, mdeg/s; 1: at rest; 1: a rate was beyond its range since then
+        self._rates = array("i", [0] * 5)
 
-    def rescale(self, memory, was_lsb, is_lsb):
-        """The gyro's range has changed: counts per deg/s before and now. `memory`, which begins
-        with the last good burst, is that of a tick that comes before the first new one."""
+    def rescale(self, memory, was_lsb, is_lsb, wider):
+        """The ranges have changed: the gyro's counts per deg/s before and now, and by how much the
+        accelerometer's is wider. `memory` is firmware.tick.judge's: what is a leap from the last
+        good burst still is one."""
         held = self._held
-        for i in range(4, 7):
-            held[i] = _scaled(held[i], was_lsb, is_lsb)
-            memory[i] = _scaled((memory[i] ^ 0x8000) - 0x8000, was_lsb, is_lsb) & 0xFFFF
+        for i in (0, 1, 2, 4, 5, 6):
+            was, now = (was_lsb, is_lsb) if i > 3 else (wider, 1)
+            held[i] = _scaled(held[i], was, now)
+            memory[i] = _scaled((memory[i] ^ 0x8000) - 0x8000, was, now) & 0xFFFF
 
     @micropython.native
     def open(self, filter, memory):
@@ -119,12 +124,14 @@ class Gap:
         rates[1] = out[4]
         rates[2] = out[5]
         rates[3] = out[9]
+        rates[_OVER] = 0
         self._words[_FROM_US] = 0
         filter.keep()
 
     @micropython.native
     def beyond(self, memory):
         """A rate is beyond its range: of all that is known the range's end is nearest to it."""
+        self._rates[_OVER] = 1
         _clipped(self._held, memory)
 
     @micropython.native
@@ -139,14 +146,17 @@ class Gap:
         missing_us = gap_us - self._words[_FROM_US] - period_us
         if missing_us > period_us >> 1 and gap_us <= _YAW_US:
             filter.turn(self._held, counts, missing_us)
-        if gap_us > _PREDICT_US:
+        unseen = filter.gyro_dps * (gap_us // 1000) if self._rates[_OVER] else 0
+        if gap_us > _PREDICT_US or unseen > _LOST_MDEG:
             filter.relevel()
 
     @micropython.native
     def closed(self, filter, gap_us):
         """After the first update that followed a gap: say what is not known."""
         words = self._words
-        over = words[_CAUSE] == _SATURATED  # it turned faster than the range: how far, who knows
+        over = self._rates[_OVER]  # it turned faster than the range: how far, who knows
+        if words[_CAUSE] == _JUMP and words[_UNSURE_US] < words[_RING_US]:
+            words[_UNSURE_US] = words[_RING_US]  # a leap may be the low-pass of a saturation
         words[_CAUSE] = 0
         doubt = filter.gyro_dps * (gap_us // 1000) if over and gap_us < _YAW_US else 0
         doubt += words[_YAW_DOUBT] + _doubt(filter.out, self._rates, gap_us)
@@ -156,7 +166,7 @@ class Gap:
         if doubt > _LOST_MDEG and filter.knows_yaw:
             words[_YAW_LOST] = 1
         if gap_us > _PREDICT_US and (doubt or self._turns()):
-            over = True
+            over = 1
         if over and words[_UNSURE_US] < _LEVEL_US:
             words[_UNSURE_US] = _LEVEL_US
 

@@ -393,3 +393,92 @@ def test_ctrl_c_while_a_value_is_refused_leaves_it_refused(board, tmp_path):
         for knob, value in (("pin_out_3", 63), ("rate_hz", 7)):
             steps.append(("set", {"knob": knob, "value": value, "how": "Ctrl-C", "after": after}))
     replay(board, steps, tmp_path)
+
+
+SATURATED = [
+    [("fault", {"kind": "saturation", "ms": 120})],
+    [("wait", {"ms": 500}), ("fault", {"kind": "saturation", "ms": 120})],
+    [("wait", {"ms": 500}), ("fault", {"kind": "saturation", "ms": 60}),
+     ("fault", {"kind": "nack", "ms": 120})],
+    [("wait", {"ms": 500}), ("other_device", {"ms": 1}),
+     ("fault", {"kind": "saturation", "ms": 300})],
+]  # fmt: skip
+MEANWHILE = [
+    [],
+    [("application", {"name": "quad"})],
+    [("application", {"name": "balance"})],
+    [("set", {"knob": "gyro_dps", "value": 2000})],
+    [("set", {"knob": "accel_g", "value": 2})],
+    [("set", {"knob": "dlpf_hz", "value": 184})],
+    [("set", {"knob": "rate_hz", "value": 1000})],
+    [("set", {"knob": "filter", "value": "float.attitude"})],
+    [("verb", {"name": "zero_yaw"})],
+]
+
+
+@boards
+@pytest.mark.parametrize("already", [[], [("application", {"name": "quad"})]])
+@pytest.mark.parametrize("meanwhile", MEANWHILE)
+@pytest.mark.parametrize("saturated", SATURATED)
+def test_a_rate_beyond_the_range_is_no_claim_whatever_is_changed(
+    board, already, meanwhile, saturated, tmp_path
+):
+    """With the quadcopter's long time constant too, which would keep a wrong tilt for minutes."""
+    walk = Steps(board, tmp_path)
+    try:
+        for step, parameters in [*REST, *already, *saturated, *meanwhile, ("wait", {"ms": 1500})]:
+            walk.do(step, **parameters)
+        walk.do("wait", ms=2000)
+        assert walk.world.checks.tilt_error(walk.world.app.sample()) < 1
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
+@pytest.mark.parametrize("ms", [60, 120])
+@pytest.mark.parametrize("rate_dps", [-100, 60])
+@pytest.mark.parametrize("after", [0, 150, 300])
+def test_yaw_over_an_outage_while_a_turn_begins_or_ends(board, after, rate_dps, ms, tmp_path):
+    turn = [("move", {"kind": "turn", "rate_dps": rate_dps}), ("wait", {"ms": 300 + after})]
+    end = [("move", {"kind": "rest"}), ("wait", {"ms": 300 + after})]
+    out = [("other_device", {"ms": ms}), ("wait", {"ms": 30})]
+    replay(board, [*REST, ("wait", {"ms": 300}), *turn, *out, *end, *out], tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("rate_dps", [60, 100, -100])
+def test_a_turn_faster_than_any_bias_is_never_one(board, rate_dps, tmp_path):
+    """Nothing is known of the gyro, and it turns steadily for long: a rest to both sensors."""
+    walk = Steps(board, tmp_path)
+    try:
+        walk.do("move", kind="turn", rate_dps=rate_dps)
+        walk.do("wait", ms=1500)
+        walk.do("set", knob="rest_s", value=0.1)
+        walk.do("start")
+        walk.do("wait", ms=9000)
+        assert walk.world.app.learning.known == 0 and walk.world.app.uncertain
+        assert max(map(abs, walk.world.app.calibration.gyro_bias_dps)) < 40
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
+def test_the_same_wires_are_one_sensor_by_whatever_number(board, tmp_path):
+    steps = [*REST, ("set", {"knob": "bus", "value": 1}), ("second_app", {})]
+    replay(board, steps, tmp_path)
+
+
+def test_a_wire_is_one_apps_alone(tmp_path):
+    walk = Steps("esp32", tmp_path)
+    try:
+        for step, parameters in REST:
+            walk.do(step, **parameters)
+        other = type(walk.world.app)()
+        other.set("bus", 1)
+        for sda, scl in ((21, 23), (18, 22), (22, 18), (22, 21)):
+            other.set("pin_sda", sda)
+            other.set("pin_scl", scl)
+            with pytest.raises(OSError, match="SDA GP21, SCL GP22 for a running App"):
+                other.start()
+    finally:
+        walk.world.port.__exit__(None, None, None)

@@ -20,7 +20,7 @@ _ACCEL_LIMIT_G = 0.02  # deviation; own noise 0.008 at the widest filter
 _ODD = 12  # deviations: a sample so far off is no noise
 _SIGMAS = 4  # of the accelerometer's means: so much between the halves is a tilt
 _TILT_G = 0.002  # and less is none
-_BIAS_LIMIT_DPS = 40  # PS p. 12: +-20 at once and +-20 over temperature
+BIAS_LIMIT_DPS = 40  # of any bias: PS p. 12: +-20 at once and +-20 over temperature
 _TURN_DPS = 0.75  # slower about a level axis nobody sees in half a second
 
 
@@ -152,7 +152,7 @@ def _judge(mean, spread, drift, own, gyro_limit_dps):
             (i, "accelerometer %s shook by", spread[i], _ACCEL_LIMIT_G),
             (3 + i, "gyro %s drifted by", abs(drift[3 + i]), gyro_limit_dps),
             (i, "accelerometer %s drifted by", abs(drift[i]), tilt),
-            (3 + i, "gyro %s turns at", abs(mean[3 + i]), _BIAS_LIMIT_DPS),
+            (3 + i, "gyro %s turns at", abs(mean[3 + i]), BIAS_LIMIT_DPS),
         ):
             if size > limit:
                 raise _not_still(what, k, size, "g" if k < 3 else "deg/s", limit)

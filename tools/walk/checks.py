@@ -58,6 +58,15 @@ class Checks:
         if held:
             self.held_s = now
 
+    def paused(self, began_s):
+        """No tick came since began_s: an outage that nothing looked at."""
+        app, now = self.world.app, self.world.now_s
+        if not app.running or app.tick.est[_AT_REST] != 1 or now - began_s <= 1:
+            return
+        times = [began_s + (now - began_s) * part / 50 for part in range(51)]
+        if max(map(self.world.motion.rate_dps, times)) > 1:
+            self.reference = None
+
     def began(self):
         """start(): yaw is 0 where it looks now. A steady turn or a slow beginning that was taken
         for the gyro's bias cannot be known: nothing is asked of that until the next start."""

@@ -73,9 +73,11 @@ class Steps:
         """C code that does not return; `masked`: a write to flash, which stops interrupts too."""
         world = self.world
         stop = world.port.clock.masked if masked else world.port.clock.hold
+        began_s = world.now_s
         stop(round(ms * 1e6))
         if masked or world.app.tick_kind != "hard":
             world.checks.trouble(held=True)
+            world.checks.paused(began_s)
         world.run(30)
 
     def fault(self, kind, ms):
