@@ -15,6 +15,7 @@ each write is enough never to wait for a reader that has gone.
 
 import gc
 import time
+from array import array
 
 import micropython
 from micropython import const
@@ -51,12 +52,20 @@ _CAUSE = const(1)
 
 HEADER = const(1)  # kinds of frames beside the samples
 COUNTS = const(2)
-_FILL = const(32)  # place in a pair, after its 64 bytes: how many frames are in it
+_FILL = const(32)  # place in a pair, after its 64 bytes, of 16 bits: how many frames are in it
+_FILLED = const(64)  # the same in bytes
 _PAIRS = const(4)  # written in a row: 256 bytes
-_CALL_MS = const(40)  # at most between two calls of run()
-_STATUS_MS = const(500)
+_CALL_MS = const(40)  # at most between two calls
+_STATUS_MS = const(1000)
 _TODO = const(8)  # changes that wait
 _LEAST = const(16)  # records in a ring
+
+# places of a Stream's own words
+_UNTIL = const(0)  # ticks_ms of the end
+_TOLD = const(1)  # of the next frame of counts
+_BESIDE = const(2)  # frames of headers that wait, and changes
+_WRITTEN = const(3)
+_WAITS = const(4)
 
 
 @micropython.viper
@@ -77,17 +86,15 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
         if tail == control[_HEAD] or mode == 1 or mode == 2:
             return 0
         part = control[_PART]
-        at = (tail & (control[_SIZE] - 1)) * control[_LENGTH] + part + 4 * _RECORDS >> 1
-        end = at + 14
         i = int(out[_FILL]) << 4
+        at = (tail & (control[_SIZE] - 1)) * control[_LENGTH] + part + 4 * _RECORDS >> 1
+        at -= i + 1
+        end = i + 14
         mark = (i << 1) + 1
         crc = 0xFFFF
-        while True:
+        while i < end:
             i += 1
-            if at == end:
-                x = crc
-            else:
-                x = int(words[at + 0])
+            x = int(words[at + i])
             out[i + 0] = x ^ 0xFFFF
             if x & 255 == 0:  # a byte that is zero becomes the way to the next such one
                 line[mark + 0] = 255 + mark - (i << 1)
@@ -95,12 +102,17 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
             if x < 256:
                 line[mark + 0] = 254 + mark - (i << 1)
                 mark = (i << 1) + 1
-            if at == end:
-                break
-            at += 1
             x ^= crc
             x ^= x >> 4 ^ x >> 8 ^ x >> 11 ^ x >> 12
             crc = (x ^ x << 5 ^ x << 12) & 0xFFFF
+        i += 1
+        out[i + 0] = crc ^ 0xFFFF
+        if crc & 255 == 0:
+            line[mark + 0] = 255 + mark - (i << 1)
+            mark = i << 1
+        if crc < 256:
+            line[mark + 0] = 254 + mark - (i << 1)
+            mark = (i << 1) + 1
         i = (i << 1) + 2
         line[mark + 0] = 255 + mark - i
         line[i - 32] = 0xFF
@@ -113,11 +125,21 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
     return 1
 
 
+@micropython.viper
+def due(own: ptr32, pair: ptr16, now: int) -> int:
+    """What there is to do first at ticks_ms `now`: 1 the end, 2 a frame that is no sample; 0."""
+    if (now - own[_UNTIL] + 0x20000000) & 0x3FFFFFFF > 0x20000000:
+        return 1
+    if pair[_FILL] < 2:
+        if own[_BESIDE] or (now - own[_TOLD] + 0x20000000) & 0x3FFFFFFF >= 0x20000000:
+            return 2
+    return 0
+
+
 class Stream:
     """The stream of one App.
 
-    on: whether it runs; written: pairs of frames so far; waits: how often nobody took one; error:
-    what ended it, or None.
+    on: whether it runs; error: what ended it, or None.
     """
 
     def __init__(self, app):
@@ -129,14 +151,22 @@ class Stream:
         self._todo = []  # changes that wait until the header before them is sent
         self._number = self._next = self._chunks = 0
         self._ring = self._tap = None
-        self._until = self._told = time.ticks_ms()
+        self._words = array("i", [time.ticks_ms(), time.ticks_ms(), 0, 0, 0])
         self._starts = 0
         self._row = {}
         self._offered = {}
         self.on = False
-        self._call = self._run  # a bound method is a heap block: made once
         self.error = None
-        self.written = self.waits = 0
+
+    @property
+    def written(self):
+        """Pairs of frames so far."""
+        return self._words[_WRITTEN]
+
+    @property
+    def waits(self):
+        """How often nobody took one."""
+        return self._words[_WAITS]
 
     def offer(self, name, unit, scale, read):
         """A channel of a controller's: read() gives a small integer that times `scale` is the
@@ -197,15 +227,14 @@ class Stream:
         more, program = channels.more(reads), channels.program(beside)
         tick = app.tick
         self._tap = lambda drive: tap.over(
-            drive, self._call, ring, tick.est, tick.memory, tick.timing.words, program, reads, more
+            drive, self._run, ring, tick.est, tick.memory, tick.timing.words, program, reads, more
         )  # fmt: skip
         self._every = every
 
     def _go(self, keep_s):
         self.keep(keep_s)
-        self._told = time.ticks_ms()
-        console = self._app.telemetry.console
-        self._ready, self._write = console.ready, console.write  # a bound method is a heap block
+        self._words[_TOLD] = time.ticks_ms()
+        self._run = self._make_run()
         self._tell(None)
         self.on = True
         self._app.outputs.tap = self._tap
@@ -213,7 +242,7 @@ class Stream:
 
     def keep(self, seconds=3):
         """Go on for so long."""
-        self._until = time.ticks_add(time.ticks_ms(), int(1000 * seconds))
+        self._words[_UNTIL] = time.ticks_add(time.ticks_ms(), int(1000 * seconds))
 
     def stop(self):
         """No more frames."""
@@ -251,6 +280,7 @@ class Stream:
         else:  # they come faster than they are sent: the last one tells the rest
             self._todo[-1]["settings"].update(head["settings"])
             self._todo[-1]["crc"] = head["crc"]
+        self._count()
 
     def _put(self, head):
         """It is sent from now on."""
@@ -259,54 +289,72 @@ class Stream:
         self._header.make(head)
         self._chunks = (self._header.size + 23) // 24
 
+    def _count(self):
+        """What is to be sent beside samples."""
+        self._words[_BESIDE] = self._chunks - self._next + len(self._todo)
+
     # ---- after ticks; allocates nothing but for what changed() makes
 
-    def _run(self, _):
-        self._ring[_ASKED] = 0
-        try:
-            self.run()
-        except Exception as error:  # of the console, or of an app that is being set up anew
-            self.error = error
-            self.stop()
-        except KeyboardInterrupt:
-            return ctrl_c.press()
+    def _make_run(self):
+        """What is scheduled after ticks: what the ring holds, as far as somebody takes it."""
+        console = self._app.telemetry.console
+
+        @micropython.native
+        def run(
+            _,
+            stream=self,
+            own=self._words,
+            ring=self._ring,
+            pair=self._pair,
+            line=self._line,
+            ready=console.ready,
+            write=console.write,
+            due=due,
+            fill=fill,
+            ticks_ms=time.ticks_ms,
+        ):
+            ring[_ASKED] = 0
+            try:
+                what = due(own, pair, ticks_ms())
+                if what == 1:
+                    return stream.stop()
+                if what:
+                    stream._other(ticks_ms())
+                    if own[_BESIDE]:  # a header of seventy frames is not for seventy batches
+                        ring[_WAIT] = 0
+                n = _PAIRS
+                while n:
+                    n -= 1
+                    if pair[_FILLED] < 2 and not fill(0, 0, 0, ring, pair):
+                        if ring[_MODE] == 3 and ring[_TAIL] == ring[_HEAD]:
+                            stream._again()
+                        return
+                    if not ready():
+                        own[_WAITS] += 1
+                        return
+                    write(line)
+                    pair[_FILLED] = 0
+                    own[_WRITTEN] += 1
+                if ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFE:  # there is more: not a batch later
+                    ring[_WAIT] = 0
+            except Exception as error:  # of the console, or of an app that is being set up anew
+                stream.error = error
+                stream.stop()
+            except KeyboardInterrupt:
+                return ctrl_c.press()
+
+        return run
 
     @micropython.native
-    def run(self):
-        """What the ring holds, as far as somebody takes it."""
-        now = time.ticks_ms()
-        if time.ticks_diff(now, self._until) > 0:
-            self.stop()
-            return
-        ring, pair, line = self._ring, self._pair, self._line
-        ready, write = self._ready, self._write
-        n = 0
-        if pair[2 * _FILL] < 2 and (
-            self._next < self._chunks or self._todo or time.ticks_diff(now, self._told) >= 0
-        ):
-            self._other(now)
-        while n < _PAIRS:
-            n += 1
-            if pair[2 * _FILL] < 2:
-                if not fill(0, 0, 0, ring, pair):
-                    if ring[_MODE] == 3 and ring[_TAIL] == ring[_HEAD]:
-                        self._again()
-                    return
-            if not ready():
-                self.waits += 1
-                return
-            write(line)
-            pair[2 * _FILL] = 0
-            self.written += 1
-        if ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFE:  # there is more: not a batch later
-            ring[_WAIT] = 0
-
     def _other(self, now):
         """A frame of the header, or of the counts."""
         own = self._own
-        if time.ticks_diff(now, self._told) >= 0:  # first: headers may follow each other
-            self._told = time.ticks_add(now, _STATUS_MS)
+        if time.ticks_diff(now, self._words[_TOLD]) >= 0:  # first: headers may follow each other
+            self._words[_TOLD] = time.ticks_add(now, _STATUS_MS)
             self._counts(own)
+        elif self._next == self._chunks and not self._todo:  # one is written just now
+            self._words[_BESIDE] = 0
+            return
         else:
             if self._next == self._chunks:
                 self._put(self._todo[0])
@@ -315,24 +363,28 @@ class Stream:
             put(own, HEADER, self._number, chunk, self._chunks, self._header.data,
                 self._header.size)  # fmt: skip
             self._next = chunk + 1
+            self._count()
         own[_HEAD] = 1
         own[_TAIL] = 0
         fill(0, 0, 0, own, self._pair)
 
+    @micropython.native
     def _counts(self, own):
-        ring, seq = self._ring, self._ring[_SEQ]
+        ring = self._ring
+        seq = ring[_SEQ]
+        timing, words = self._app.tick.timing.words, self._app.tick.words
         put(own, COUNTS, ring[_MODE], seq & 0xFF, seq >> 8, b"", 0)
         own[_RECORDS + 1] = ring[_LOST]
-        own[_RECORDS + 2] = self.waits
-        own[_RECORDS + 3] = self._app.tick.timing.words[_TICKS_LOST]
-        own[_RECORDS + 4] = self._app.tick.words[_CAUSE]
+        own[_RECORDS + 2] = self._words[_WAITS]
+        own[_RECORDS + 3] = timing[_TICKS_LOST]
+        own[_RECORDS + 4] = words[_CAUSE]
         own[_RECORDS + 5] = ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFF
         own[_RECORDS + 6] = ring[_AT]
 
     def _again(self):
         """What was around the event is sent: wait for the next."""
         ring = self._ring
-        self._told = time.ticks_ms()
+        self._words[_TOLD] = time.ticks_ms()
         ring[_HEAD] = ring[_TAIL] = 0
         ring[_LAST] = ring[_LEVEL]
         ring[_MODE] = 1

@@ -297,7 +297,7 @@ class Tick:
                 use[3]()
                 words[_SWAP] = 0
             if words[_ZERO_YAW]:
-                use[2].zero_yaw()
+                tick.gap.zero_yaw(use[2])
                 tick.est[_EST_YAW] = tick.est[_EST_TURNS] = 0
                 words[_ZERO_YAW] = words[_YAW_LOST] = words[_YAW_DOUBT] = 0
             if not words[_AGE_US]:

@@ -15,6 +15,7 @@ from micropython import const
 
 # places: firmware.tick.words
 _CAUSE = const(1)
+_AGE_US = const(3)
 _FROM_US = const(15)
 _RING_US = const(7)
 _UNSURE_US = const(16)
@@ -139,6 +140,17 @@ class Gap:
         """A tick without a sample, age_us after the last good one."""
         if age_us <= _PREDICT_US:
             filter.turn(self._held, self._held, age_us - self._words[_FROM_US])
+
+    @micropython.native
+    def zero_yaw(self, filter):
+        """Where the filter looks now is yaw 0; a gap that is open goes on from there."""
+        words = self._words
+        age_us = words[_AGE_US]
+        if age_us > words[_FROM_US]:
+            self.predict(filter, age_us)
+        filter.zero_yaw()
+        filter.keep()
+        words[_FROM_US] = age_us
 
     @micropython.native
     def close(self, filter, counts, gap_us, period_us):

@@ -482,3 +482,23 @@ def test_a_wire_is_one_apps_alone(tmp_path):
                 other.start()
     finally:
         walk.world.port.__exit__(None, None, None)
+
+
+@boards
+@pytest.mark.parametrize(
+    "lost",
+    [
+        [],
+        [("set", {"knob": "burst", "value": "blocking"})],
+        [("fault", {"kind": "nack", "ms": 30}), ("wait", {"ms": 10})],
+        [("other_device", {"ms": 25})],
+        [("other_device", {"ms": 120})],
+    ],
+)
+@pytest.mark.parametrize("then", ["read", "pause", "busy"])
+def test_zero_yaw_while_there_is_no_sample(board, lost, then, tmp_path):
+    """What is predicted until the next one begins at 0 too."""
+    steps = [*REST, ("move", {"kind": "free", "amplitude_deg": 10}), ("wait", {"ms": 2200})]
+    after = {"read": ("read", {}), "pause": ("pause", {"ms": 5, "masked": False}),
+             "busy": ("other_device", {"ms": 25})}  # fmt: skip
+    replay(board, [*steps, *lost, ("verb", {"name": "zero_yaw"}), after[then]], tmp_path)
