@@ -2,14 +2,31 @@
 """Rest, seen in a running loop by a look at the driver's counts some times a second."""
 
 from array import array
+from collections import namedtuple
+from math import sqrt
 
 from micropython import const
 
-from calibration.rest import Rest
+# Means over the time of rest: g, deg/s, degC
+Rest = namedtuple("Rest", ("accel_g", "gyro_dps", "temp_c"))
 
 _ACCEL_LIMIT_G = 0.05  # of one sample from the first
 _DRIFT_LIMIT_G = 0.012  # of the mean from the first half to the second: a slow tilt
+_TURN_DPS = 0.75  # slower about a level axis nobody sees in half a second
 _TEMP = const(3)
+
+
+def turn_dps(still, bias_dps, bound_dps):
+    """Whether a Rest that is no bias as known was a turn: its rate about the vertical, or 0.0.
+
+    bias_dps: as known, good to bound_dps. A difference that lies along gravity, which stood still,
+    is a turn; any other is a bias that has changed, since a turn would have tilted gravity.
+    """
+    off = [g - b for g, b in zip(still.gyro_dps, bias_dps)]
+    length = sqrt(sum([a * a for a in still.accel_g]))
+    along = sum([o * a for o, a in zip(off, still.accel_g)]) / length
+    across = sqrt(max(0.0, sum([o * o for o in off]) - along * along))
+    return along if abs(along) > bound_dps and across <= max(bound_dps, _TURN_DPS) else 0.0
 
 
 class Watch:
@@ -75,7 +92,7 @@ class Watch:
         return False
 
     def rest(self):
-        """Rest (calibration.rest) of the looks since it stood still."""
+        """A Rest of the looks since it stood still."""
         imu, n = self._imu, self._looks
         mean = [f + s / n for f, s in zip(self._first, self._sums)]
         accel = tuple([m / imu.accel_lsb_per_g for m in mean[:3]])
