@@ -9,15 +9,17 @@ belongs at the start, not in a running loop.
 import time
 from math import sqrt
 
+from micropython import const
+
 from calibration import Calibration
 from calibration.watch import Rest
 
-_GYRO_LIMIT_DPS = 0.5  # deviation; the sensor's own noise is 0.1 at the widest filter
-_ACCEL_LIMIT_G = 0.02  # deviation; own noise 0.008 at the widest filter
-_ODD = 12  # deviations: a sample so far off is no noise
-_SIGMAS = 4  # of the accelerometer's means: so much between the halves is a tilt
-_TILT_G = 0.002  # and less is none
-_BIAS_LIMIT_DPS = 40  # PS p. 12: +-20 at once and +-20 over temperature
+_GYRO_LIMIT_DPS = const(0.5)  # deviation; the sensor's own noise is 0.1 at the widest filter
+_ACCEL_LIMIT_G = const(0.02)  # deviation; own noise 0.008 at the widest filter
+_ODD = const(12)  # deviations: a sample so far off is no noise
+_SIGMAS = const(4)  # of the accelerometer's means: so much between the halves is a tilt
+_TILT_G = const(0.002)  # and less is none
+_BIAS_LIMIT_DPS = const(40)  # PS p. 12: +-20 at once and +-20 over temperature
 
 
 class NotStill(ValueError):

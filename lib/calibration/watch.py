@@ -5,14 +5,15 @@ from array import array
 from collections import namedtuple
 from math import sqrt
 
+import micropython
 from micropython import const
 
 # Means over the time of rest: g, deg/s, degC
 Rest = namedtuple("Rest", ("accel_g", "gyro_dps", "temp_c"))
 
-_ACCEL_LIMIT_G = 0.05  # of one sample from the first
-_DRIFT_LIMIT_G = 0.012  # of the mean from the first half to the second: a slow tilt
-_TURN_DPS = 0.75  # slower about a level axis nobody sees in half a second
+_ACCEL_LIMIT_G = const(0.05)  # of one sample from the first
+_DRIFT_LIMIT_G = const(0.012)  # of the mean from the first half to the second: a slow tilt
+_TURN_DPS = const(0.75)  # slower about a level axis nobody sees in half a second
 _TEMP = const(3)
 
 
@@ -50,6 +51,8 @@ class Watch:
         """Look anew."""
         self._n = 0
 
+    # native: as bytecode their frames would be heap blocks
+    @micropython.native
     def look(self):
         """One look: 1 when rest() is due, 0 while it stands still, -1 when it has moved."""
         first, sums, counts = self._first, self._sums, self._counts
@@ -72,6 +75,7 @@ class Watch:
             return -1
         return 1 if self._n == self._looks else 0
 
+    @micropython.native
     def _has_moved(self):
         imu, counts, first = self._imu, self._counts, self._first
         limit = int(_ACCEL_LIMIT_G * imu.accel_lsb_per_g)
