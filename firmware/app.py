@@ -12,7 +12,8 @@ app.stop()
 
 import gc
 
-gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+_OFTEN = 8192  # until it runs: else what stays is strewn all over the heap, between garbage
+gc.threshold(_OFTEN)
 
 from array import array
 
@@ -44,7 +45,7 @@ PACE = ("rate_hz", "drive", "burst")
 PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin_int")
 ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 # what a start alone needs; what reads and writes files
-_FILES = ("firmware.calibration", "firmware.store")
+_FILES = ("firmware.calibration", "firmware.store", "calibration.fields")
 _START = ("firmware.beginning", "calibration.rest") + _FILES
 _UNDO = const(20)
 _CALIBRATING_S = const(900)
@@ -162,6 +163,7 @@ class App:
 
     def _start(self):
         self.stop()
+        gc.threshold(_OFTEN)
         self.board.check_version()
         self.board.use(self.config)
         settings.check(self.config, self.board)
