@@ -7,6 +7,7 @@ what is known, and where nothing is, the later and smaller rate is the bias. Wha
 motion is none.
 """
 
+import micropython
 from calibration.thermal import BiasLearner
 from calibration.watch import Watch, turn_dps
 from micropython import const
@@ -17,17 +18,18 @@ ONCE = const(1)  # measured at one rest, which may have been a turn
 SURE = const(2)  # stored and not contradicted, or measured at two rests
 
 # a bias is no further from that of the last rest, and for each degC
-_BOUND_DPS, BOUND_DPS_PER_C = 0.15, 0.05
+_BOUND_DPS = const(0.15)
+BOUND_DPS_PER_C = 0.05
 _LOOKS = const(15)  # at 5 a second: three seconds of rest
 _ON_END = const(4)  # of which so many on end make a mean to be learned
 TILTED_G = 0.008  # from the first to the last of them
 _RESTS = const(20)  # a minute of it is no turn
 _LONG = const(40)  # nor are two, of a rate that is not the bias as known
-_TURN_DPS = 1.97  # a start's rest that was a turn: that much faster
-_DRIFT_DPS = 2.0  # and further no bias moves by itself
+_TURN_DPS = const(1.97)  # a start's rest that was a turn: that much faster
+_DRIFT_DPS = const(2.0)  # and further no bias moves by itself
 _UNSURE_US = const(16)  # a place of firmware.tick.words
 _LONG_US = const(60000000)
-_SLOPE_MAX = 0.7  # deg/s per degC: twice the datasheet's (PS p. 12)
+_SLOPE_MAX = const(0.7)  # deg/s per degC: twice the datasheet's (PS p. 12)
 
 
 def near(a, b, bound):
@@ -63,6 +65,7 @@ class Learning:
         self._rested = 0  # looks in a row at which the filter called it rest
         self.rests = 0  # that were learned
 
+    @micropython.native  # as bytecode its frame would be a heap block
     def look(self, at_rest, second):
         """Some times a second; `second`: once a second."""
         counts = self._imu.counts
