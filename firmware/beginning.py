@@ -11,6 +11,7 @@ from collections import namedtuple
 from calibration import Calibration
 from calibration.rest import NotStill, rest
 from calibration.watch import turn_dps
+from micropython import const
 
 from firmware import filters
 from firmware.calibration import load_for
@@ -20,9 +21,9 @@ from firmware.wiring import first
 # still: calibration.watch.Rest of the start, or None
 Begin = namedtuple("Begin", ("calibration", "known", "still", "warnings"))
 
-_SPREAD = 6.0  # from the least to the largest of some hundred samples, in standard deviations
-_TRIES = 2.0  # of rest_s: so long a start waits for rest
-_STORED_DPS = 0.4  # a bias is no further from the stored one, and a little for each degC
+_SPREAD = const(6.0)  # from the least to the largest of some hundred samples, in deviations
+_TRIES = const(2.0)  # of rest_s: so long a start waits for rest
+_STORED_DPS = const(0.4)  # a bias is no further from the stored one, and a little for each degC
 
 
 def find(imu, config):

@@ -11,6 +11,7 @@ from errno import ENODEV
 
 import machine
 from machine import I2C, PWM, Pin, SoftI2C, Timer
+from micropython import const
 
 from firmware.briefly import Briefly
 from firmware.row import bus_of, reason
@@ -18,10 +19,11 @@ from firmware.row import bus_of, reason
 # A burst takes 400 us; the port's own 50 ms would stop the loop for 12 ticks. The ESP32's driver
 # of MicroPython 1.29 waits in steps of 10 ms and makes no transfer at all in less
 _TIMEOUT_US = {"rp2": 2000, "esp32": 20000}
-_FRAME_US = 50000  # on RP2 it is for a whole transfer: 2 KB to a display where no tick waits
-_SOFT_TIMEOUT_US = 2000
+# on RP2 it is for a whole transfer: 2 KB to a display where no tick waits
+_FRAME_US = const(50000)
+_SOFT_TIMEOUT_US = const(2000)
 _ONE_ERROR = (1, 29)  # from here on every failure of an ESP32's bus is ENODEV
-_HALF_CLOCK_US = 5
+_HALF_CLOCK_US = const(5)
 _VERSION = sys.implementation.version[:2]
 
 _taken = {}  # type: dict  # output pin: who drives it

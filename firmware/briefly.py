@@ -11,7 +11,7 @@ class Briefly:
     """
 
     def __init__(self, *names):
-        self._names = names
+        self._names = list(names)
 
     def __enter__(self):
         self._names = [name for name in self._names if name not in sys.modules]

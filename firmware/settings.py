@@ -2,11 +2,12 @@
 """What the knobs ask of the sensor, and whether they go together."""
 
 from calibration import Calibration
+from micropython import const
 from mpu6050 import ranges
 
 from firmware import filters
 
-_OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
+_OFF = const(0.005)  # of the rate: the filter follows the true one, the knob still says what it is
 
 
 def set_up(imu, config):
