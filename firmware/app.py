@@ -150,6 +150,7 @@ class App:
 
     def _begin(self, ran):
         """Start; where it fails, a loop that ran before is said to stand still now."""
+        before = gc.threshold()
         try:
             if self._calm:
                 self._calm.__exit__()
@@ -157,13 +158,15 @@ class App:
             with Feeding(self):
                 self._start()
         except BaseException as error:
+            gc.threshold(before)
             if ran or isinstance(error, KeyboardInterrupt):
                 print("stopped: app.start() begins anew")
             raise
 
     def _start(self):
         self.stop()
-        gc.threshold(_OFTEN)
+        if not self.current():  # whose soft ticks each collection would hold up
+            gc.threshold(_OFTEN)
         self.board.check_version()
         self.board.use(self.config)
         settings.check(self.config, self.board)

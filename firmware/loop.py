@@ -70,7 +70,8 @@ class Loop:
         if self._lead_us == self.period_us:
             self._tick.begin(None)  # the first; from then on each tick begins the next one's
         if self._guard is not None:
-            time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
+            if self._grid:  # nobody knows when edges come, and a soft one cannot come in here
+                time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
             call = self._call(2, self._on_guard)
             self._sources.append(self._guard(self._guard_us, call))
 
