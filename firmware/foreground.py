@@ -5,14 +5,11 @@ The tick schedules after() when something is due, at most once at a time; it run
 bytecodes of the main program. While the main program is stuck in C code nothing of this happens,
 and the tick goes on predicting, steering and keeping outputs safe.
 
-A soft tick waits while it runs, so a look is made in parts, after a tick each. What every turn
-runs is native code: bytecode of some size takes its frame from the heap, and on one full of small
-holes the search for it takes 0.3 ms a call.
+A soft tick waits while it runs, so a look is made in parts, after a tick each.
 """
 
 import sys
 
-import micropython
 from micropython import const
 
 from firmware import ctrl_c, wiring
@@ -66,7 +63,6 @@ class Foreground:
         except KeyboardInterrupt:
             return ctrl_c.press()
 
-    @micropython.native
     def _turn(self, app):
         words, bus = self._words, app.bus
         patient, bus.patient = bus.patient, False  # a soft tick cannot run while this does
@@ -85,7 +81,6 @@ class Foreground:
                 if left > 1 and app.mend.well:
                     words[_DUE] = left
 
-    @micropython.native
     def _work(self, app):
         ticks = self._ticks[_TICKS]
         missed = max(0, ticks - self._seen - 1)
@@ -113,7 +108,6 @@ class Foreground:
             self._looks += 1
             self._look(app)
 
-    @micropython.native
     def _look(self, app):
         """A part of what is done _LOOKS_HZ times a second: a register, temperature and bias, the
         sensor's own clock."""

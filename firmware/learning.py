@@ -7,7 +7,6 @@ what is known, and where nothing is, the later and smaller rate is the bias. Wha
 motion is none.
 """
 
-import micropython
 from calibration.thermal import BiasLearner
 from calibration.watch import Watch, turn_dps
 from micropython import const
@@ -65,7 +64,6 @@ class Learning:
         self._rested = 0  # looks in a row at which the filter called it rest
         self.rests = 0  # that were learned
 
-    @micropython.native  # as bytecode its frame would be a heap block
     def look(self, at_rest, second):
         """Some times a second; `second`: once a second."""
         counts = self._imu.counts
