@@ -12,7 +12,8 @@ app.stop()
 
 import gc
 
-gc.threshold(8192)  # until it runs: else what stays is strewn all over the heap, between garbage
+_OFTEN = 8192  # until it runs: else what stays is strewn all over the heap, between garbage
+gc.threshold(_OFTEN)
 
 from array import array
 
@@ -20,9 +21,9 @@ import micropython
 from micropython import const
 
 from firmware import board as boards
-from firmware import bus, filters, learning, sample, startup, wiring
-from firmware.calibration import keep_learned
-from firmware.config import KNOBS, Config
+from firmware import bus, filters, learning, sample, settings, wiring
+from firmware.briefly import Briefly
+from firmware.config import Config, defaults
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
 from firmware.telemetry import Console, Telemetry
@@ -44,23 +45,12 @@ CHIP = ("gyro_dps", "accel_g", "dlpf_hz", "sensor_hz")
 PACE = ("rate_hz", "drive", "burst")
 PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin_int")
 ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
+# what a start alone needs; what reads and writes files
+_FILES = ("firmware.calibration", "firmware.store", "calibration.fields")
+_START = ("firmware.beginning", "calibration.rest") + _FILES
 _UNDO = const(20)
 _CHANGE_DPS2 = 1000  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
-
-_HELP = """app.start(), app.stop()            run in the background; end
-app.roll_deg, .pitch_deg, .yaw_deg now; app.stale, app.uncertain: whether to believe them
-app.sample()                       all of one instant
-app.watch()                        lines for a plotter, until a key is pressed
-app.show(), app.set(knob, value)   every knob; change one at once
-app.changed(), app.undo()          what differs from its default; take back the last change
-app.save(), app.defaults()         keep the knobs on the flash; all back to their defaults
-app.stats(), app.report()          timing and faults; how the sensor is
-app.zero_yaw()                     the direction it looks in is yaw 0
-app.level_here()                   it stands level now: kept as its mounting
-app.calibrating()                  calibrate, step by step
-app.outputs.add(update, safe)      call update(app) after each tick
-with app.bus: ...                  other devices on the sensor's bus"""
 
 
 class App:
@@ -76,7 +66,7 @@ class App:
     """
 
     _running = []  # type: list  # those begun and not stopped; a Ctrl-C may leave one that stands
-    _knobs = {knob.name for knob in KNOBS} - {"filter", "bus"}  # these are the app's own too
+    _knobs = set(defaults()) - {"filter", "bus"}  # these are the app's own too
 
     @classmethod
     def current(cls):
@@ -124,7 +114,7 @@ class App:
 
     def _fit(self):
         """ValueError where knobs do not go together."""
-        startup.check(self.config, self.board)
+        settings.check(self.config, self.board)
         try:
             self.board.use(self.config)
         except OSError:
@@ -143,8 +133,10 @@ class App:
 
     def help(self):
         """Print what can be asked and told."""
-        for line in _HELP.split("\n"):  # each by itself: a soft tick waits while one is sent
-            print(line)
+        with Briefly("firmware.texts"):
+            from firmware import texts
+
+            texts.help()
 
     # ---- start and stop
 
@@ -160,6 +152,7 @@ class App:
 
     def _begin(self, ran):
         """Start; where it fails, a loop that ran before is said to stand still now."""
+        before = gc.threshold()
         try:
             if self._calm:
                 self._calm.__exit__()
@@ -167,33 +160,42 @@ class App:
             with Feeding(self):
                 self._start()
         except BaseException as error:
+            gc.threshold(before)
             if ran or isinstance(error, KeyboardInterrupt):
                 print("stopped: app.start() begins anew")
             raise
 
     def _start(self):
         self.stop()
+        if not self.current():  # whose soft ticks each collection would hold up
+            gc.threshold(_OFTEN)
         self.board.check_version()
         self.board.use(self.config)
-        startup.check(self.config, self.board)
+        settings.check(self.config, self.board)
         for other in self._running:
             if other.running and self._same_sensor(other):
                 raise OSError("this sensor has a running App: use App.current(), or stop it first")
-        self._find_sensor()
-        began = learning.begin(self.imu, self.config)
-        self.calibration = began.calibration
-        for text in self.warnings + began.warnings + self.board.warnings():
-            print("warning:", text)
-        self.warnings = began.warnings
-        wiring.adopt_sensor(self, began.known)
-        wiring.settle(self)
-        wiring.wire(self, None)
+        with Briefly(*_START):
+            self._find_sensor()
+            began = self._find_bias()
+            self.calibration = began.calibration
+            for text in self.warnings + began.warnings + self.board.warnings():
+                print("warning:", text)
+            self.warnings = began.warnings
+            wiring.adopt_sensor(self, began.known)
+            wiring.settle(self)
+            wiring.wire(self, None)
         self._watch()
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
         wiring.begin(self, began.still)
         self._running.append(self)
         self.loop.start()
+
+    def _find_bias(self):
+        from firmware.beginning import find  # a name that lives no longer than this
+
+        return find(self.imu, self.config)
 
     def stop(self):
         """End the loop; outputs go to their safe values. start() begins again.
@@ -208,11 +210,19 @@ class App:
             finally:  # also after a Ctrl-C
                 self.outputs.safe()
             try:
-                keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
+                self._keep_learned()
             except (OSError, ValueError) as error:  # a full or worn flash, and no harm
                 print("warning: what was learned of the gyro's bias is not stored:", error)
         if self in self._running:  # last: while it runs, the sensor is its own
             self._running.remove(self)
+
+    def _keep_learned(self):
+        learned = self.learning.learned()
+        if learned:
+            with Briefly(*_FILES):
+                from firmware.calibration import keep_learned
+
+                keep_learned(learned, self.imu, self.config.calibration_path)
 
     def _watch(self):
         """Start the watchdog where a knob asks for it; it bites from now on."""
@@ -227,10 +237,13 @@ class App:
         """`imu` is there and measures as the knobs say. OSError says what to check."""
         self.board.use(self.config)
         self.bus = bus.of(self.board.i2c_id)
-        if self.imu is None:
-            self.imu = startup.sensor(self.board, self.config, self.bus, self.kind)
-        else:
-            startup.again(self.imu, self.board, self.config, self.bus)
+        with Briefly("firmware.startup"):
+            from firmware import startup
+
+            if self.imu is None:
+                self.imu = startup.sensor(self.board, self.config, self.bus, self.kind)
+            else:
+                startup.again(self.imu, self.board, self.config, self.bus)
 
     def _same_sensor(self, other):
         mine, its = self.board, other.board
@@ -310,9 +323,9 @@ class App:
         if moved and self._move(moved, before):
             return
         if self.loop is None or self.imu is None:
-            startup.check(config, self.board)
+            settings.check(config, self.board)
             return
-        startup.check_pace(config, self.board)
+        settings.check_pace(config, self.board)
         self._put(names)
 
     def _put(self, names):
@@ -340,7 +353,7 @@ class App:
         for name in names:
             if name.startswith("pin_"):
                 self.board.check_pin(name, getattr(self.config, name))
-        startup.check(self.config, self.board)
+        settings.check(self.config, self.board)
         elsewhere = [name for name in names if not name.startswith("pin_out")]
         if not self.running:
             if elsewhere:
@@ -389,7 +402,8 @@ class App:
         """All knobs back to their defaults, at once; save() keeps that."""
         changed = self.config.changed()
         if changed:
-            self._change({knob.name: knob.default for knob in KNOBS if knob.name in changed})
+            own = defaults()
+            self._change({name: own[name] for name in changed})
 
     def save(self):
         """Keep the knobs on the flash, for the next start. OSError when it refuses; ValueError

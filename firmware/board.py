@@ -11,16 +11,19 @@ from errno import ENODEV
 
 import machine
 from machine import I2C, PWM, Pin, SoftI2C, Timer
+from micropython import const
 
-from firmware import chips
+from firmware.briefly import Briefly
+from firmware.row import bus_of, reason
 
 # A burst takes 400 us; the port's own 50 ms would stop the loop for 12 ticks. The ESP32's driver
 # of MicroPython 1.29 waits in steps of 10 ms and makes no transfer at all in less
 _TIMEOUT_US = {"rp2": 2000, "esp32": 20000}
-_FRAME_US = 50000  # on RP2 it is for a whole transfer: 2 KB to a display where no tick waits
-_SOFT_TIMEOUT_US = 2000
+# on RP2 it is for a whole transfer: 2 KB to a display where no tick waits
+_FRAME_US = const(50000)
+_SOFT_TIMEOUT_US = const(2000)
 _ONE_ERROR = (1, 29)  # from here on every failure of an ESP32's bus is ENODEV
-_HALF_CLOCK_US = 5
+_HALF_CLOCK_US = const(5)
 _VERSION = sys.implementation.version[:2]
 
 _taken = {}  # type: dict  # output pin: who drives it
@@ -29,7 +32,7 @@ _timers = []  # type: list  # ids of the ESP32's timers that run
 
 class Board:
     """Attributes: name, i2c_id, bus_hz; sda, scl, int_pin (None: nobody knows), outputs (GPIO
-    numbers); row: firmware.chips.Row; soft: the bus is bit-banged; one_error: a failed transfer
+    numbers); row: firmware.row.Row; soft: the bus is bit-banged; one_error: a failed transfer
     does not say whether the bus is stuck.
     """
 
@@ -60,7 +63,7 @@ class Board:
             raise OSError(ENODEV, self._unknown("pin_sda and pin_scl"))
         if pins[2] is None and config.drive == "data-ready":
             raise OSError(ENODEV, self._unknown("pin_int"))
-        bus = chips.bus_of(row, pins[0], pins[1], config.bus)
+        bus = bus_of(row, pins[0], pins[1], config.bus)
         outputs = []
         for i, knob in enumerate(_OUTPUTS):
             pin = getattr(config, knob)
@@ -80,7 +83,7 @@ class Board:
 
     def check_pin(self, knob, pin):
         """ValueError where this pin, which a knob gives, cannot be what the knob says."""
-        why = "" if pin < 0 else chips.reason(self.row, pin, knob.split("_")[1])
+        why = "" if pin < 0 else reason(self.row, pin, knob.split("_")[1])
         if why:
             raise ValueError("%s = %d, on %s: %s" % (knob, pin, self.name, why))
 
@@ -260,13 +263,20 @@ class _Edges:
 
 def here():
     """The Board this runs on; its pins are None where nobody knows them."""
-    return Board(chips.find(sys.platform, sys.implementation._machine))
+    return Board(_row(sys.platform, sys.implementation._machine))
 
 
 def find(platform=None, name=None):
     """The Board of this name, or this one. OSError naming the knobs when nobody knows its pins."""
     platform = platform or sys.platform
-    board = Board(chips.find(platform, name or sys.implementation._machine))
+    board = Board(_row(platform, name or sys.implementation._machine))
     if board.sda is None:
         raise OSError(ENODEV, board._unknown("pin_sda and pin_scl"))
     return board
+
+
+def _row(platform, machine):
+    with Briefly("firmware.chips", "firmware.pinouts"):
+        from firmware import chips
+
+        return chips.find(platform, machine)

@@ -4,8 +4,8 @@
 from calibration import Calibration
 
 from firmware import store
+from firmware.config import CALIBRATION_PATH as PATH
 
-PATH = "calibration.txt"
 _KIND = "calibration"
 _VERSION = 1
 
@@ -43,10 +43,8 @@ def save_calibration(cal, path=PATH):
 
 
 def keep_learned(learned, imu, path=PATH):
-    """Store what was learned of this part's gyro, a Calibration or None, where it is another bias
-    than the stored one. OSError, ValueError."""
-    if not learned:
-        return
+    """Store what was learned of this part's gyro, a Calibration, where it is another bias than
+    the stored one. OSError, ValueError."""
     stored, _ = load_calibration(path)
     if stored.who_am_i not in (None, imu.who_am_i):  # another part's calibration is worth more
         return

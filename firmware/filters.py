@@ -6,6 +6,14 @@ update(counts, dt_us) with the measured time (float, `timed`), `out`, swap(), ke
 relevel(), zero_yaw(); and for the foreground prepare() and go_on_from().
 """
 
+import gc
+
+from micropython import const
+
+# bytes between collections while a filter's code is loaded: else it is strewn all over the heap
+_OFTEN = const(8192)
+_loaded = {}  # type: dict  # knob filter: (class, what it is told first)
+
 _ATTITUDE = {
     "attitude_tau_s": "tau_s",
     "attitude_rest_tau_s": "rest_tau_s",
@@ -56,27 +64,35 @@ def make(config, calibration, imu, rate_hz):
     values = settings(config, imu)
     values["gyro_dps"] = imu.gyro_range_dps
     values["accel_g"] = imu.accel_range_g
-    if name == "attitude":
-        from attitude.fixed import Attitude
-
-        made = Attitude(rate_hz, **values)
-    elif name == "kalman2":
-        from attitude.fixed import KalmanTilt2
-
-        made = KalmanTilt2(rate_hz, **values)
-    else:
-        made = _float(name, rate_hz, values)
+    if name not in _loaded:
+        before = gc.threshold()
+        gc.threshold(_OFTEN)
+        try:
+            _loaded[name] = _load(name)
+        finally:
+            gc.threshold(before)
+    kind, of = _loaded[name]
+    made = kind(*of, rate_hz, **values)
     made.calibrate(calibration)
     return made
 
 
-def _float(name, rate_hz, values):
+def _load(name):
+    """(class, what it is told first) of the filter of this name."""
+    if name == "attitude":
+        from attitude.fixed import Attitude
+
+        return Attitude, ()
+    if name == "kalman2":
+        from attitude.fixed import KalmanTilt2
+
+        return KalmanTilt2, ()
     from attitude.from_counts import FloatAttitude, FloatTilt
 
     if name == "float.attitude":
-        return FloatAttitude(rate_hz, **values)
+        return FloatAttitude, ()
     if name == "float.kalman":
         from attitude import KalmanTilt as kind
     else:
         from attitude import Complementary as kind
-    return FloatTilt(kind, rate_hz, **values)
+    return FloatTilt, (kind,)

@@ -4,6 +4,8 @@
 The tick schedules after() when something is due, at most once at a time; it runs between two
 bytecodes of the main program. While the main program is stuck in C code nothing of this happens,
 and the tick goes on predicting, steering and keeping outputs safe.
+
+A soft tick waits while it runs, so a look is made in parts, after a tick each.
 """
 
 import sys
@@ -26,6 +28,10 @@ _AT_REST = const(11)  # firmware.tick.estimate
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
 _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
 _CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
+# parts of a look
+_REGISTER = const(0)
+_LEARNING = const(1)
+_CLOCK = const(2)
 
 
 class Foreground:
@@ -46,6 +52,7 @@ class Foreground:
         self._correct_every = correct_every
         self._seen = self._looked = 0
         self._looks = 0
+        self._part = _REGISTER  # any other: a look is under way
         self._clock_off = False
 
     def _after(self, _):
@@ -69,12 +76,10 @@ class Foreground:
         finally:  # also after a Ctrl-C, which goes to whatever runs
             words[_DUE] = 1  # and so may a second one, from here on
             bus.patient = patient
-            looked = self._ticks[_TICKS] - self._looked
-            words[_DUE] = 1 if self._busy(app) else max(1, self._look_every - looked)
-
-    def _busy(self, app):
-        """Whether every tick is to be followed by this."""
-        return app.outputs.soft or app.telemetry.on or app.loop.read or not app.mend.well
+            if not (self._part or app.outputs.soft or app.telemetry.on or app.loop.readers):
+                left = self._looked + self._look_every - self._ticks[_TICKS]
+                if left > 1 and app.mend.well:
+                    words[_DUE] = left
 
     def _work(self, app):
         ticks = self._ticks[_TICKS]
@@ -94,22 +99,30 @@ class Foreground:
             app.outputs.run(missed)
         if app.telemetry.on:
             app.telemetry.tick(app.tick.est, app.stale, missed + 1)
-        app.loop.wake()
-        if ticks - self._looked >= self._look_every or ticks < self._looked:
+        if app.loop.readers:
+            app.loop.wake()
+        if self._part:
+            self._look(app)
+        elif ticks - self._looked >= self._look_every or ticks < self._looked:
             self._looked = ticks
             self._looks += 1
             self._look(app)
 
     def _look(self, app):
-        """_LOOKS_HZ times a second: a register, the temperature, the sensor's own clock."""
-        if app.mend.well and not app.bus.held:
-            try:
-                if not (app.imu.check() or app.imu.recheck()):
-                    app.mend.repair()
-            except OSError as error:
-                app.mend.count(error)
-        app.learning.look(app.tick.est[_AT_REST], self._looks % _LOOKS_HZ == 0)
-        if self._looks % self._correct_every == 0:
+        """A part of what is done _LOOKS_HZ times a second: a register, temperature and bias, the
+        sensor's own clock."""
+        part = self._part
+        self._part = 0 if part == _CLOCK else part + 1
+        if part == _REGISTER:
+            if app.mend.well and not app.bus.held:
+                try:
+                    if not (app.imu.check() or app.imu.recheck()):
+                        app.mend.repair()
+                except OSError as error:
+                    app.mend.count(error)
+        elif part == _LEARNING:
+            app.learning.look(app.tick.est[_AT_REST], self._looks % _LOOKS_HZ == 0)
+        elif self._looks % self._correct_every == 0:
             self._correct(app)
 
     def _correct(self, app):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is known of the gyro's bias: at the start, and while the loop runs.
+"""What is known of the gyro's bias while the loop runs.
 
 A rest is known by both sensors; a bias by rests that agree, and by what is stored for this
 temperature. A steady turn about the vertical looks the same to both: it is told from a rest by
@@ -7,113 +7,32 @@ what is known, and where nothing is, the later and smaller rate is the bias. Wha
 motion is none.
 """
 
-import time
-from collections import namedtuple
-
-from calibration import Calibration
-from calibration.rest import BIAS_LIMIT_DPS, NotStill, rest, turn_dps
 from calibration.thermal import BiasLearner
-from calibration.watch import Watch
+from calibration.watch import BIAS_LIMIT_DPS, Watch, turn_dps
 from micropython import const
-
-from firmware import filters
-from firmware.calibration import load_for
-from firmware.startup import first
 
 # how well the bias is known
 NOTHING = const(0)
 ONCE = const(1)  # measured at one rest, which may have been a turn
 SURE = const(2)  # stored and not contradicted, or measured at two rests
 
-# still: calibration.rest.Rest of the start, or None
-Begin = namedtuple("Begin", ("calibration", "known", "still", "warnings"))
-
-_SPREAD = 6.0  # from the least to the largest of some hundred samples, in standard deviations
-_TRIES = 2.0  # of rest_s: so long a start waits for rest
-# a bias is no further from the stored one, from that of the last rest, and for each degC
-_STORED_DPS, _BOUND_DPS, _BOUND_DPS_PER_C = 0.4, 0.15, 0.05
+# a bias is no further from that of the last rest, and for each degC
+_BOUND_DPS = const(0.15)
+BOUND_DPS_PER_C = 0.05
 _LOOKS = const(15)  # at 5 a second: three seconds of rest
 _ON_END = const(4)  # of which so many on end make a mean to be learned
-_TILTED_G = 0.008  # from the first to the last of them
+TILTED_G = 0.008  # from the first to the last of them
 _RESTS = const(20)  # a minute of it is no turn
 _LONG = const(40)  # nor are two, of a rate that is not the bias as known
-_TURN_DPS = 1.97  # a start's rest that was a turn: that much faster
-_DRIFT_DPS = 2.0  # and further no bias moves by itself
+_TURN_DPS = const(1.97)  # a start's rest that was a turn: that much faster
+_DRIFT_DPS = const(2.0)  # and further no bias moves by itself
 _UNSURE_US = const(16)  # a place of firmware.tick.words
 _LONG_US = const(60000000)
-_SLOPE_MAX = 0.7  # deg/s per degC: twice the datasheet's (PS p. 12)
+_SLOPE_MAX = const(0.7)  # deg/s per degC: twice the datasheet's (PS p. 12)
 
 
-def begin(imu, config):
-    """A Begin: the stored calibration with the gyro's bias as it is now. OSError."""
-    cal, warnings = load_for(imu, config.calibration_path)
-    stored, stored_c = any(cal.gyro_bias_dps), cal.temp_c
-    first(imu)
-    cal = cal.at(imu.temp_c())
-    if config.self_test:
-        from firmware.report import tested
-
-        good, lines = tested(imu)
-        if not good:
-            warnings.append("self-test failed, or the sensor was moved: " + ", ".join(lines))
-    known, still = SURE if stored else NOTHING, None
-    if config.rest_s:
-        try:
-            still = _rested(imu, config)
-            bound = _STORED_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - stored_c)
-            bias = cal.at(still.temp_c).gyro_bias_dps
-            turn = turn_dps(still, bias, bound) if stored else 0.0
-            if stored and not turn and not _near(still.gyro_dps, bias, bound):
-                _same_again(still, imu, config)
-        except NotStill as error:
-            still = None
-            used = "the stored one is used" if stored else "none is known, angles are uncertain"
-            warnings.append("gyro bias not measured, %s: it %s" % (used, error))
-    if still:
-        cal = cal.at(still.temp_c)
-        if turn:
-            text = "it turns by %.1f deg/s, or the gyro's bias has changed: the stored one is used"
-            warnings.append(text % turn)
-        else:
-            if stored and not _near(still.gyro_dps, cal.gyro_bias_dps, bound):
-                known = ONCE
-                warnings.append("the gyro's bias is not the stored one: is it the same sensor?")
-            cal = cal.but(gyro_bias_dps=still.gyro_dps)
-            known = known or ONCE
-    return Begin(_folding(cal, imu, config, warnings), known, still, warnings)
-
-
-def _rested(imu, config):
-    """A Rest; waits for it a while. NotStill, OSError."""
-    # the low-pass forgets the gyro's start: eight of its time constants, two of the samples
-    time.sleep_ms(int(8 * 160 / config.dlpf_hz + 2000 / imu.rate_hz))
-    began = time.ticks_ms()
-    while True:
-        try:
-            return rest(imu, config.rest_s, config.still_dps / _SPREAD)
-        except NotStill:
-            if time.ticks_diff(time.ticks_ms(), began) > 1000 * _TRIES * config.rest_s:
-                raise
-
-
-def _same_again(still, imu, config):
-    """NotStill where what looked like a Rest was a slow tilt: a later one shows it."""
-    if not _near(_rested(imu, config).accel_g, still.accel_g, _TILTED_G):
-        raise NotStill("moved: it tilts slowly")
-
-
-def _folding(cal, imu, config, warnings):
-    """`cal`, or as much of it as this range's integers can hold."""
-    for less in (cal, cal.mounting(), Calibration()):
-        try:
-            filters.make(config, less, imu, config.rate_hz)
-            return less
-        except ValueError as error:
-            warnings.append("the stored calibration is not used: %s" % error)
-    return cal
-
-
-def _near(a, b, bound):
+def near(a, b, bound):
+    """Whether two vectors differ by so much at most, in each axis."""
     return max([abs(x - y) for x, y in zip(a, b)]) <= bound
 
 
@@ -172,14 +91,14 @@ class Learning:
 
     def _judge(self, still):
         """Three seconds of rest, or of a steady turn."""
-        bound = _BOUND_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - self._temp_c)
-        if not _near(still.gyro_dps, (0.0, 0.0, 0.0), BIAS_LIMIT_DPS):
+        bound = _BOUND_DPS + BOUND_DPS_PER_C * abs(still.temp_c - self._temp_c)
+        if not near(still.gyro_dps, (0.0, 0.0, 0.0), BIAS_LIMIT_DPS):
             self._has_moved()  # no bias is so large
         elif self.known == NOTHING:
             self._take(still)
-        elif _near(still.gyro_dps, self._bias, bound):
+        elif near(still.gyro_dps, self._bias, bound):
             self._agree(still)
-        elif self._former and _near(still.gyro_dps, self._former, bound):
+        elif self._former and near(still.gyro_dps, self._former, bound):
             self._take(still)
             self.known = SURE
         elif not turn_dps(still, self._bias, bound):
@@ -192,7 +111,7 @@ class Learning:
             self._on_end = []
 
     def _agree(self, still):
-        if self._on_end and not _near(still.accel_g, self._on_end[0].accel_g, _TILTED_G):
+        if self._on_end and not near(still.accel_g, self._on_end[0].accel_g, TILTED_G):
             self._has_moved()  # slowly
             return
         self._on_end.append(still)
@@ -209,7 +128,7 @@ class Learning:
 
     def _was_a_turn(self, still, bound):
         """Whether what passed for the bias was a turn, and this is it."""
-        if not (self._other and _near(still.gyro_dps, self._other, bound)):
+        if not (self._other and near(still.gyro_dps, self._other, bound)):
             self._other, self._other_on_end = still.gyro_dps, 0
         self._other_on_end += 1
         is_dps = _along(still.gyro_dps, still.accel_g)

@@ -10,7 +10,7 @@ import time
 
 from micropython import const
 
-_FAR_US = 1 << 29  # half of the ticks' wrap
+_FAR_US = const(1 << 29)  # half of the ticks' wrap
 _DUE = const(12)  # a place of firmware.tick.words
 _TICKS = const(5)  # of firmware.tick.timing
 
@@ -49,7 +49,7 @@ class Loop:
         self._on_guard = self._watch_edges
         self._guards = guards
         self._sources = []
-        self.readers = []
+        self.readers = []  # those who wait for samples
 
     @property
     def running(self):
@@ -70,7 +70,8 @@ class Loop:
         if self._lead_us == self.period_us:
             self._tick.begin(None)  # the first; from then on each tick begins the next one's
         if self._guard is not None:
-            time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
+            if self._grid:  # nobody knows when edges come, and a soft one cannot come in here
+                time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
             call = self._call(2, self._on_guard)
             self._sources.append(self._guard(self._guard_us, call))
 
@@ -90,11 +91,6 @@ class Loop:
         A reader slower than the loop misses samples; it never delays the loop.
         """
         return _Samples(self.readers, self._tick.words, item)
-
-    @property
-    def read(self):
-        """Whether somebody waits for samples."""
-        return bool(self.readers)
 
     def wake(self):
         """After a step: let those go on who wait for it."""

@@ -32,7 +32,8 @@ _RAISED = const(2)
 class Outputs:
     """Functions of one argument, the app. tick: firmware.tick.Tick, which calls the hard ones.
 
-    late: how many ticks the soft functions missed because the foreground was busy.
+    active: whether there are any; soft: whether there are some to be called after the tick.
+    late: how many ticks the soft ones missed because the foreground was busy.
     """
 
     def __init__(self, tick, app):
@@ -54,19 +55,6 @@ class Outputs:
     def raising(self):
         """Whether a function raised the last time it was called."""
         return any(self._drive.in_row)
-
-    @property
-    def active(self):
-        """Whether there are any."""
-        return bool(self._rows)
-
-    @property
-    def soft(self):
-        """Whether there are functions to be called after the tick."""
-        for row in self._rows:
-            if not row[2]:
-                return True
-        return False
 
     def add(self, update, safe=None, hard=False, tune=None):
         """Call `update(app)` after each step, and `safe()` whenever it can no longer steer.
@@ -185,6 +173,8 @@ class Outputs:
 
     def hand_over(self):
         """New tuples for the tick, all at once."""
+        self.active = bool(self._rows)
+        self.soft = any(not row[2] for row in self._rows)
         rows = tuple([(row[0] if row[2] else None, row[1]) for row in self._rows])
         made = Drive(self._words, self._app, rows, self.feed)
         self._drive = made

@@ -57,7 +57,7 @@ TinyWATCH S3:
 
 
 def pins_of(board):
-    """{fact of firmware.chips.Row: its value} of this board; empty: those of its chip's row."""
+    """{fact of firmware.row.Row: its value} of this board; empty: those of its chip's row."""
     begin = PINS.find("\n%s:" % board)
     if begin < 0:
         return {}

@@ -7,13 +7,14 @@ gap is bridged afterwards. A new filter begins where the old one stands.
 
 import time
 from array import array
+from errno import ENODEV
 
 from attitude.counts import GYRO_LSB_PER_DPS
 from attitude.standing import of_angles
 from attitude.tilt import accel_tilt_deg
 from micropython import const
 
-from firmware import filters, startup
+from firmware import filters, settings
 from firmware.faults.mend import Mend
 from firmware.learning import Learning
 from firmware.loop import Loop
@@ -25,6 +26,7 @@ _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second ea
 _CORRECT_EDGES = const(1)
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _GUARD_US = const(50000)
+_FIRST = const(30)
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _WRAP = const(0x3FFFFFFF)
 _NO = (0.0, 0.0, 0.0)
@@ -189,6 +191,26 @@ def use(app, new):
     app.tick.words[_ODD] = 1
 
 
+def first(imu):
+    """A good sample is in the driver's counts: of each word the middle one of three, so that one
+    broken transfer is not what everything begins with. OSError when none comes."""
+    failure = None
+    bursts = []
+    for _ in range(_FIRST):
+        try:
+            imu.read()
+            if imu.plausible():
+                bursts.append(array("h", imu.counts))
+        except OSError as error:
+            failure = error
+        if len(bursts) == 3:
+            for i in range(7):
+                imu.counts[i] = sorted([burst[i] for burst in bursts])[1]
+            return
+        time.sleep_ms(1)
+    raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
+
+
 def begin(app, still):
     """One sample, levelled, so that the angles are true before the first tick. still: the Rest
     that has been, whose means are better than one sample, or None.
@@ -201,7 +223,7 @@ def begin(app, still):
     words[_SURE] = words[_ODD] = 1
     for place in range(len(tick.est)):
         tick.est[place] = 0
-    startup.first(imu)
+    first(imu)
     if app.learning.known:
         accel_g = still.accel_g if still else imu.accel_g()
         begin_at(app.filter, app.calibration.apply(accel_g, _NO)[0])
@@ -241,7 +263,7 @@ def change(app, pace):
     config, imu, words = app.config, app.imu, app.tick.words
     running = app.loop.running
     with app.bus:
-        startup.set_up(imu, config)
+        settings.set_up(imu, config)
         if pace:
             app.loop.stop()
             # the age counts up to here, with the ticks that found the bus taken

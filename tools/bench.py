@@ -31,7 +31,10 @@ BARS_US = {
 
 
 def run_emulated():
-    """What the script prints on the emulated Pico, its sensor in free motion."""
+    """What the script prints on the emulated Pico, its sensor in free motion; and of another one,
+    where nothing else was loaded, the heap of the running app."""
+    from tools.image import measure
+    from tools.virtual import images
     from tools.virtual.bus import Bus
     from tools.virtual.chip import MPU6050Chip
     from tools.virtual.motion.free_motion import FreeMotion
@@ -39,7 +42,9 @@ def run_emulated():
 
     bus = Bus(MPU6050Chip(motion=FreeMotion(seed=1)))
     with VirtualPico(bus=bus, root=True, main=False) as pico:
-        return pico.exec(SCRIPT.read_text(), timeout_s=60)
+        printed = pico.exec(SCRIPT.read_text(), timeout_s=60)
+    cost = measure.heap(images.rp2040_image())
+    return "%sheap %d %d\n" % (printed, cost["heap_used"], cost["heap_free"])
 
 
 def run_on(port):
@@ -65,6 +70,8 @@ def parse(text):
             result["modules"].append(
                 {"name": words[0], "import_ms": int(words[1]) / 1000, "ram_bytes": int(words[2])}
             )
+        elif kind == "heap":
+            result["heap"] = {"used": int(words[0]), "free": int(words[1])}
         elif kind == "left":
             result["left"][words[0]] = round(float(words[1]), 3)
         elif kind == "row":
@@ -115,6 +122,9 @@ def table(result):
         lines.append(f"{burst:24}{us:9.1f}{share:8.1f} %")
     left = "".join(f"{100 * part:6.0f} % at {hz} Hz" for hz, part in result["left"].items())
     lines += ["", f"processor left beside the app:{left}"]
+    if "heap" in result:  # a real board has more on it than the app
+        used, free = result["heap"]["used"], result["heap"]["free"]
+        lines += ["", f"heap of the running app, copied: {used} bytes; free: {free}"]
     lines += ["", f"{'import, in this order':28}{'ms':>7}{'RAM bytes':>12}"]
     for module in result["modules"]:
         lines.append(f"{module['name']:28}{module['import_ms']:7.0f}{module['ram_bytes']:12}")

@@ -86,6 +86,19 @@ def results(result):
     )
 
 
+SEEN = {  # how each cause of firmware.faults.policy is seen
+    "nack": "the sensor does not acknowledge (EIO, ENODEV)",
+    "timeout": "the bus does not move (ETIMEDOUT)",
+    "fill": "temperature and gyro all equal: asleep, or a broken transfer",
+    "frozen": "the same 14 bytes for longer than a sensor's noise allows",
+    "jump": "a rate or force that leaps for one or two samples",
+    "saturated": "a rate at its full scale: the true one is larger",
+    "register": "a register, read twice, does not hold its setting",
+    "another": "WHO_AM_I is that of another part",
+    "clock": "the ticks' mean period is more than 1.5 % off: the filter follows",
+}
+
+
 def policy():
     """What the firmware does about each cause, from its own table."""
     with Port("rp2"):
@@ -95,7 +108,7 @@ def policy():
     rows = []
     for row in health.POLICY[1:]:
         when = actions[row.action] + (f", after {row.after}" if row.after > 1 else "")
-        rows.append((f"`{row.cause}`", row.seen, when))
+        rows.append((f"`{row.cause}`", SEEN[row.cause], when))
     lines = ["| cause in `app.stats()` | how it is seen | then |", "|---|---|---|"]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What counts as a fault in flight, how it is seen and what is done: a table.
+"""What counts as a fault in flight and what is done: a table.
 
 Whatever the fault, its sample is not used: the tick predicts with the last good rate and keeps
 the age of that sample (firmware.tick). From `failsafe_ms` on the estimate is stale and outputs go
@@ -31,19 +31,19 @@ CLOCK = const(9)
 UNVERIFIED = const(11)  # no fault: bursts come again, and the chip may have lost its settings
 
 # after: how many in a row until the action (0: never)
-Row = namedtuple("Row", ("cause", "seen", "after", "action"))
+Row = namedtuple("Row", ("cause", "after", "action"))
 
 POLICY = (
-    Row("good", "", 0, HOLD),
-    Row("nack", "the sensor does not acknowledge (EIO, ENODEV)", 8, RECOVER),
-    Row("timeout", "the bus does not move (ETIMEDOUT)", 1, RECOVER),
-    Row("fill", "temperature and gyro all equal: asleep, or a broken transfer", 1, VERIFY),
-    Row("frozen", "the same 14 bytes for longer than a sensor's noise allows", 25, RESET),
-    Row("jump", "a rate or force that leaps for one or two samples", 0, HOLD),
-    Row("saturated", "a rate at its full scale: the true one is larger", 0, RING),
-    Row("register", "a register, read twice, does not hold its setting", 1, REPAIR),
-    Row("another", "WHO_AM_I is that of another part", 1, ADOPT),
-    Row("clock", "the ticks' mean period is more than 1.5 % off: the filter follows", 0, HOLD),
+    Row("good", 0, HOLD),
+    Row("nack", 8, RECOVER),
+    Row("timeout", 1, RECOVER),
+    Row("fill", 1, VERIFY),
+    Row("frozen", 25, RESET),
+    Row("jump", 0, HOLD),
+    Row("saturated", 0, RING),
+    Row("register", 1, REPAIR),
+    Row("another", 1, ADOPT),
+    Row("clock", 0, HOLD),
 )
 
 _RARELY = const(8)  # times the count of the table: how often at least the action is repeated

@@ -45,6 +45,11 @@ def test_a_stage_keeps_its_bar_and_off_the_heap(result, name):
     assert row["locked"]
 
 
+def test_the_running_app_leaves_heap_for_the_users_program(result):
+    assert result["heap"]["free"] > 70000
+    assert result["heap"]["used"] + result["heap"]["free"] < 250000
+
+
 def test_one_kilohertz_leaves_room_at_the_worst_tick(result):
     steps = [row for row in result["rows"] if row["name"].startswith(("step", "split"))]
     assert max(row["worst_us"] for row in steps) < 650

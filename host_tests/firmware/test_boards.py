@@ -173,16 +173,18 @@ def test_the_rows_of_all_boards_that_are_named(boards):
 
 
 def test_what_a_row_gives_its_chip_can_do(boards):
+    from firmware.row import bus_of, reason
+
     _, chips = boards
     others = [chips.find(*line.split(" | ")[0].split(" ", 1)) for line in NAMES]
     for row in [*chips.ROWS, *[row for row in others if row.sda is not None]]:
         pins = [(row.sda, "sda"), (row.scl, "scl")] + [(pin, "out") for pin in row.outputs]
         if row.int_pin is not None:
             pins.append((row.int_pin, "int"))
-        assert [(row.name, pin, use, chips.reason(row, pin, use)) for pin, use in pins
-                if chips.reason(row, pin, use)] == []  # fmt: skip
+        assert [(row.name, pin, use, reason(row, pin, use)) for pin, use in pins
+                if reason(row, pin, use)] == []  # fmt: skip
         assert len({pin for pin, _ in pins}) == len(pins) <= 7
-        assert chips.bus_of(row, row.sda, row.scl) in (0, 1)
+        assert bus_of(row, row.sda, row.scl) in (0, 1)
     assert all(len(row.outputs) == 4 and row.int_pin is not None for row in chips.ROWS)
 
 
@@ -201,11 +203,13 @@ def test_each_board_with_pins_of_its_own_is_one_of_micropythons(boards):
     ("TinyS3 with ESP32-S3-FN8", 9, 8, (4, 5, 6, 7)),
 ])  # fmt: skip
 def test_a_board_with_pins_of_its_own_has_its_chips_rules(boards, machine, sda, scl, outputs):
-    board, chips = boards
+    from firmware.row import reason
+
+    board, _ = boards
     made = board.find("rp2" if "RP2" in machine else "esp32", machine)
     assert (made.sda, made.scl, made.outputs) == (sda, scl, outputs)
     assert made.int_pin is None or made.name == "Seeed XIAO RP2350"
-    assert chips.reason(made.row, 60, "sda") and not chips.reason(made.row, 4, "sda")
+    assert reason(made.row, 60, "sda") and not reason(made.row, 4, "sda")
 
 
 @pytest.mark.parametrize("machine", EVERY)
@@ -246,12 +250,13 @@ def test_the_i2c_blocks_of_a_pico_take_the_pins_that_the_port_takes(tmp_path):
         import machine
 
         from firmware import chips
+        from firmware.row import bus_of
 
         row = chips.find("rp2", "Raspberry Pi Pico with RP2040")
         for sda in range(30):
             for scl in range(30):
                 try:
-                    block = chips.bus_of(row, sda, scl)
+                    block = bus_of(row, sda, scl)
                 except ValueError:
                     block = None
                 takes = []

@@ -18,8 +18,9 @@ def port(tmp_path, monkeypatch):
 
 
 def test_every_knob_has_a_sound_default_a_unit_and_a_text(port):
-    from firmware import config
+    from firmware import config, texts
 
+    assert set(texts._MEANINGS) == {knob.name for knob in config.KNOBS}
     for name, default, unit, choices, low, high, text in config.KNOBS:
         assert config.checked(name, default) == default
         assert text and isinstance(unit, str)

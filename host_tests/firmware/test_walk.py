@@ -84,7 +84,7 @@ def _stops_silently(patch, app):
 
 def _swallows_the_range(patch, app):
     """A knob that the chip never hears of."""
-    patch(_module("firmware.startup"), "set_up", lambda imu, config: None)
+    patch(_module("firmware.settings"), "set_up", lambda imu, config: None)
 
 
 def _swallows_a_setting(patch, app):

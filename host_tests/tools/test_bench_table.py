@@ -18,6 +18,7 @@ row app.blocking.unchecked 600.0 700.0 0.0 1
 row app.split 150.0 300.0 0.0 1
 row app.split.unchecked 120.0 200.0 0.0 1
 left 250 0.925
+heap 124000 73000
 """
 
 
@@ -34,6 +35,7 @@ def test_the_figures_are_kept_as_they_came(board, tmp_path):
     read, kalman, step, *app = result["rows"]
     assert len(app) == 4
     assert result["left"] == {"250": 0.925}
+    assert result["heap"] == {"used": 124000, "free": 73000}
     assert (read["name"], read["us"], read["bytes"]) == ("bus.read14", 441.6, 0.0)
     assert (kalman["us"], kalman["bytes"], kalman["locked"]) == (430.0, 464.0, False)
     assert step["worst_us"] == 541.0
@@ -48,6 +50,7 @@ def test_the_table_shows_bars_and_margins(board, capsys):
     assert "step.attitude 500.0 541.0 650 0 may be locked" in words
     assert "step.attitude 12.5 % 25.0 % 50.0 %" in words
     assert "blocking 12.0 2.0 %" in words  # of 600 us
+    assert "heap of the running app, copied: 124000 bytes; free: 73000" in words
     assert "split 30.0 25.0 %" in words
     assert any("float.kalman.update" in line and "is used" in line for line in lines)
 

@@ -3,25 +3,13 @@
 
 true = matrix (reading - bias), matrices 3 x 3 as row-major tuples of 9. The mounting rotation is
 multiplied into both, so readings come out in the robot's frame: x forward, y left, z up.
-The procedures that find the numbers are in rest.py, poses.py and mounting.py.
+The procedures that find the numbers are in rest.py, poses.py and mounting.py; fields.py knows what
+they may be.
 """
-
-from math import isfinite
 
 VERSION = 1
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 ZERO = (0.0, 0.0, 0.0)
-
-# Name, how many numbers, largest magnitude that a working part can need (PS p. 12-13, doubled)
-_FIELDS = (
-    ("gyro_bias_dps", 3, 80),
-    ("accel_bias_g", 3, 0.5),
-    ("gyro_matrix", 9, 1.5),
-    ("accel_matrix", 9, 1.5),
-    ("gyro_slope_dps_per_c", 3, 2),
-    ("accel_slope_g_per_c", 3, 0.01),
-)
-
 
 class Calibration:
     """Biases (deg/s, g) at temp_c (degC), their slopes per degC, matrices; and where from.
@@ -102,43 +90,15 @@ class Calibration:
 
         ValueError that names the field and what is wrong with it: these numbers come from a file.
         """
-        if not isinstance(fields, dict):
-            raise ValueError("calibration: not a dict but %s" % type(fields).__name__)
-        fields = dict(fields)
-        if fields.pop("version", VERSION) != VERSION:
-            raise ValueError("calibration: this version is not known, expected %d" % VERSION)
-        checked = {}
-        for name, count, limit in _FIELDS:
-            if name in fields:
-                checked[name] = _numbers(name, fields.pop(name), count, limit)
-        for name, limit in (("temp_c", 200), ("residual_mg", 1000), ("who_am_i", 255)):
-            value = fields.pop(name, None)
-            if value is not None:
-                checked[name] = _number(name, value, limit)
-        date = fields.pop("date", "")
-        if not isinstance(date, str) or len(date) > 40:
-            raise ValueError("calibration: date is not a text of at most 40 characters")
-        if fields:
-            raise ValueError("calibration: unknown field %s" % sorted(map(str, fields))[0][:40])
-        for name in ("gyro_matrix", "accel_matrix"):
-            if name in checked and not 0.5 < determinant(checked[name]) < 2:
-                raise ValueError("calibration: %s turns space inside out or flattens it" % name)
-        return cls(date=date, **checked)
+        from calibration.fields import checked
+
+        return cls(**checked(fields))
 
 
 def multiply(a, b):
     """Product of two row-major 3 x 3 matrices."""
     return tuple(
         [sum([a[3 * i + k] * b[3 * k + j] for k in range(3)]) for i in range(3) for j in range(3)]
-    )
-
-
-def determinant(m):
-    """Determinant of a row-major 3 x 3 matrix."""
-    return (
-        m[0] * (m[4] * m[8] - m[5] * m[7])
-        - m[1] * (m[3] * m[8] - m[5] * m[6])
-        + m[2] * (m[3] * m[7] - m[4] * m[6])
     )
 
 
@@ -153,17 +113,3 @@ def _correct(m, bias, v):
 
 def _along(bias, slope, warm):
     return tuple([b + s * warm for b, s in zip(bias, slope)])
-
-
-def _numbers(name, values, count, limit):
-    if not isinstance(values, (list, tuple)) or len(values) != count:
-        raise ValueError("calibration: %s is not a list of %d numbers" % (name, count))
-    return tuple([_number(name, value, limit) for value in values])
-
-
-def _number(name, value, limit):
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError("calibration: %s holds something that is no number" % name)
-    if not -limit <= value <= limit or not isfinite(value):
-        raise ValueError("calibration: %s is beyond +-%s" % (name, limit))
-    return value

@@ -7,21 +7,18 @@ belongs at the start, not in a running loop.
 """
 
 import time
-from collections import namedtuple
 from math import sqrt
 
+from micropython import const
+
 from calibration import Calibration
+from calibration.watch import BIAS_LIMIT_DPS, Rest
 
-# Means over the time of rest: g, deg/s, degC
-Rest = namedtuple("Rest", ("accel_g", "gyro_dps", "temp_c"))
-
-_GYRO_LIMIT_DPS = 0.5  # deviation; the sensor's own noise is 0.1 at the widest filter
-_ACCEL_LIMIT_G = 0.02  # deviation; own noise 0.008 at the widest filter
-_ODD = 12  # deviations: a sample so far off is no noise
-_SIGMAS = 4  # of the accelerometer's means: so much between the halves is a tilt
-_TILT_G = 0.002  # and less is none
-BIAS_LIMIT_DPS = 40  # of any bias: PS p. 12: +-20 at once and +-20 over temperature
-_TURN_DPS = 0.75  # slower about a level axis nobody sees in half a second
+_GYRO_LIMIT_DPS = const(0.5)  # deviation; the sensor's own noise is 0.1 at the widest filter
+_ACCEL_LIMIT_G = const(0.02)  # deviation; own noise 0.008 at the widest filter
+_ODD = const(12)  # deviations: a sample so far off is no noise
+_SIGMAS = const(4)  # of the accelerometer's means: so much between the halves is a tilt
+_TILT_G = const(0.002)  # and less is none
 
 
 class NotStill(ValueError):
@@ -57,19 +54,6 @@ def gyro_bias(imu, cal=None, seconds=2.0):
     still = rest(imu, seconds)
     cal = (cal or Calibration(who_am_i=imu.who_am_i)).at(still.temp_c)
     return cal.but(gyro_bias_dps=still.gyro_dps)
-
-
-def turn_dps(still, bias_dps, bound_dps):
-    """Whether a Rest that is no bias as known was a turn: its rate about the vertical, or 0.0.
-
-    bias_dps: as known, good to bound_dps. A difference that lies along gravity, which stood still,
-    is a turn; any other is a bias that has changed, since a turn would have tilted gravity.
-    """
-    off = [g - b for g, b in zip(still.gyro_dps, bias_dps)]
-    length = sqrt(sum([a * a for a in still.accel_g]))
-    along = sum([o * a for o, a in zip(off, still.accel_g)]) / length
-    across = sqrt(max(0.0, sum([o * o for o in off]) - along * along))
-    return along if abs(along) > bound_dps and across <= max(bound_dps, _TURN_DPS) else 0.0
 
 
 class _Half:

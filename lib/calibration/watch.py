@@ -2,14 +2,33 @@
 """Rest, seen in a running loop by a look at the driver's counts some times a second."""
 
 from array import array
+from collections import namedtuple
+from math import sqrt
 
+import micropython
 from micropython import const
 
-from calibration.rest import Rest
+# Means over the time of rest: g, deg/s, degC
+Rest = namedtuple("Rest", ("accel_g", "gyro_dps", "temp_c"))
 
-_ACCEL_LIMIT_G = 0.05  # of one sample from the first
-_DRIFT_LIMIT_G = 0.012  # of the mean from the first half to the second: a slow tilt
+_ACCEL_LIMIT_G = const(0.05)  # of one sample from the first
+_DRIFT_LIMIT_G = const(0.012)  # of the mean from the first half to the second: a slow tilt
+BIAS_LIMIT_DPS = const(40)  # of any bias, PS p. 12: +-20 at once and +-20 over temperature
+_TURN_DPS = const(0.75)  # slower about a level axis nobody sees in half a second
 _TEMP = const(3)
+
+
+def turn_dps(still, bias_dps, bound_dps):
+    """Whether a Rest that is no bias as known was a turn: its rate about the vertical, or 0.0.
+
+    bias_dps: as known, good to bound_dps. A difference that lies along gravity, which stood still,
+    is a turn; any other is a bias that has changed, since a turn would have tilted gravity.
+    """
+    off = [g - b for g, b in zip(still.gyro_dps, bias_dps)]
+    length = sqrt(sum([a * a for a in still.accel_g]))
+    along = sum([o * a for o, a in zip(off, still.accel_g)]) / length
+    across = sqrt(max(0.0, sum([o * o for o in off]) - along * along))
+    return along if abs(along) > bound_dps and across <= max(bound_dps, _TURN_DPS) else 0.0
 
 
 class Watch:
@@ -33,6 +52,8 @@ class Watch:
         """Look anew."""
         self._n = 0
 
+    # native: as bytecode their frames would be heap blocks
+    @micropython.native
     def look(self):
         """One look: 1 when rest() is due, 0 while it stands still, -1 when it has moved."""
         first, sums, counts = self._first, self._sums, self._counts
@@ -55,6 +76,7 @@ class Watch:
             return -1
         return 1 if self._n == self._looks else 0
 
+    @micropython.native
     def _has_moved(self):
         imu, counts, first = self._imu, self._counts, self._first
         limit = int(_ACCEL_LIMIT_G * imu.accel_lsb_per_g)
@@ -75,7 +97,7 @@ class Watch:
         return False
 
     def rest(self):
-        """Rest (calibration.rest) of the looks since it stood still."""
+        """A Rest of the looks since it stood still."""
         imu, n = self._imu, self._looks
         mean = [f + s / n for f, s in zip(self._first, self._sums)]
         accel = tuple([m / imu.accel_lsb_per_g for m in mean[:3]])

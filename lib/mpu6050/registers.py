@@ -43,6 +43,7 @@ class Registers:
         """Write one register, unverified; settings go through set_bits(). OSError."""
         self._transfer(True, register, value)
 
+    @micropython.native
     def _transfer(self, write, register, what):
         if self.lock:
             with self.lock:

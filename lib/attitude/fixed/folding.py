@@ -6,10 +6,12 @@ a step computes y = (c0 x0 + c1 x1 + c2 x2 + offset) >> shift, so an ideal senso
 calibrated, skewed, rotated one cost the same. No sum can leave 32 bits: it is checked here.
 """
 
+from micropython import const
+
 from attitude.counts import row_of
 
 ACCEL_LIMIT = 65000  # the largest calibrated count that atan2's 15-bit quotient takes
-_SUM_LIMIT = 2100000000  # 2^31 less what rounding adds
+_SUM_LIMIT = const(2100000000)  # 2^31 less what rounding adds
 
 
 def check_rate(rate_hz, gyro_dps, least_hz=10):

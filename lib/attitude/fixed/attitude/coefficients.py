@@ -7,8 +7,8 @@ from attitude.counts import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
 from attitude.fixed.folding import mantissa
 
 INC_PER_DPS = 4685077.9  # 2^30 / 4 in radians: times dt it is "inc"
-_FULL_SCALE = 32768 * 1.9  # of three axes and a calibration together
-_SPREAD = 0.7  # rad: longest lag_s * rate that the lag correction's formats hold
+_FULL_SCALE = const(32768 * 1.9)  # of three axes and a calibration together
+_SPREAD = const(0.7)  # rad: longest lag_s * rate that the lag correction's formats hold
 
 # places and formats: this folder's __init__
 _E_SHIFT = const(28)

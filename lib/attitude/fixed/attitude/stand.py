@@ -35,8 +35,8 @@ _LEARNED = const(117)
 _MOVED = const(118)
 _KNOWN = const(120)
 _STATE = const(55)
-_DEG = 57.29578
-_MOST_DPS = 40.0  # of bias: what the formats hold, and twice what the datasheet allows
+_DEG = const(57.29578)
+_MOST_DPS = const(40.0)  # of bias: what the formats hold, and twice what the datasheet allows
 
 
 def _part(state, at, n=3):
