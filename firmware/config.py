@@ -50,7 +50,7 @@ _ROWS = (
     ("kalman_q_bias", 0.003, "(deg/s)^2/s", None, 0.0, 10.0, "process noise of the gyro bias"),
     ("kalman_r_measure", 0.03, "deg^2", None, 1e-4, 1000.0, "noise of the accelerometer angle"),
     ("complementary_tau_s", 0.5, "s", None, 0.01, 60.0, "time constant of float.complementary"),
-    ("attitude_tau_s", 1.8, "s", None, 0.1, 60.0, "accelerometer time constant in motion"),
+    ("attitude_tau_s", 2.3, "s", None, 0.1, 60.0, "accelerometer time constant in motion"),
     ("attitude_rest_tau_s", 0.5, "s", None, 0.1, 60.0, "accelerometer time constant at rest"),
     ("attitude_bias_tau_s", 30.0, "s", None, 1.0, 600.0, "time constant of the gyro bias"),
     ("rest_s", 0.5, "s", None, 0.0, 10.0, "gyro bias at start: time at rest; 0 skips"),

@@ -4,7 +4,11 @@
 A name is loaded from its own file when it is first asked for, as in `attitude`.
 """
 
-import attitude.fixed.compiler_check  # noqa: F401  raises where viper was compiled wrongly
+import sys
+
+import attitude.fixed.compiler_check  # raises where viper was compiled wrongly
+
+del sys.modules["attitude.fixed.compiler_check"], attitude.fixed.compiler_check  # its room
 
 _HOME = {
     "AdaptiveNotch": "biquad",

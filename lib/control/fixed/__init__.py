@@ -4,7 +4,7 @@
 Needs lib/attitude beside it, which knows what compilers get wrong.
 """
 
-import attitude.fixed.compiler_check  # noqa: F401  raises where viper was compiled wrongly
+import attitude.fixed  # noqa: F401  raises where viper was compiled wrongly
 
 _HOME = {"PID": "pid", "QuadControl": "quad"}
 
