@@ -21,7 +21,7 @@ from micropython import const
 
 from firmware import board as boards
 from firmware import bus, filters, learning, sample, startup, wiring
-from firmware.calibration import keep_learned
+from firmware.calibration import forget_scale, keep_learned, scale_learned
 from firmware.config import KNOBS, Config
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
@@ -59,6 +59,7 @@ app.stats(), app.report()          timing and faults; how the sensor is
 app.zero_yaw()                     the direction it looks in is yaw 0
 app.level_here()                   it stands level now: kept as its mounting
 app.calibrating()                  calibrate, step by step
+app.forget_scale()                 what was learned of the gyro's scale is taken back
 app.outputs.add(update, safe)      call update(app) after each tick
 with app.bus: ...                  other devices on the sensor's bus"""
 
@@ -199,7 +200,7 @@ class App:
         """End the loop; outputs go to their safe values. start() begins again.
 
         A watchdog, once started, resets the board watchdog_ms later: nothing can stop it. What
-        was learned of the gyro's bias is stored.
+        was learned of the gyro's bias and scale is stored.
         """
         if self.running:
             try:
@@ -208,9 +209,11 @@ class App:
             finally:  # also after a Ctrl-C
                 self.outputs.safe()
             try:
-                keep_learned(self.learning.learned(), self.imu, self.config.calibration_path)
+                scale = scale_learned(self.filter, self.calibration)
+                path = self.config.calibration_path
+                keep_learned(self.learning.learned(), self.imu, path, scale)
             except (OSError, ValueError) as error:  # a full or worn flash, and no harm
-                print("warning: what was learned of the gyro's bias is not stored:", error)
+                print("warning: what was learned of the gyro is not stored:", error)
         if self in self._running:  # last: while it runs, the sensor is its own
             self._running.remove(self)
 
@@ -436,6 +439,10 @@ class App:
             return steps.save()
 
         return self.paused(measure)
+
+    def forget_scale(self):
+        """The gyro's scale is unknown again: as learned in motion, and as stored. OSError."""
+        self.paused(lambda imu: forget_scale(self.config.calibration_path))
 
     def recalibrate(self, calibration):
         """Correct the samples by this Calibration from the next tick on."""
