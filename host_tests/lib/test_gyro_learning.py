@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """A gyro that calibrates itself while it moves: what it learns, believes and claims."""
 
+from array import array
+
 import numpy as np
 import pytest
-from attitude import Attitude
+from attitude import Attitude, fixed
 from attitude.gyro_learning import GyroLearning
 from attitude.profiles import PROFILES
 from attitude.quaternion import product
@@ -251,3 +253,28 @@ def test_settings_are_checked():
             Attitude(**bad)
     for settings in PROFILES.values():
         Attitude(**settings)
+
+
+@pytest.mark.parametrize(("every", "known"), [(150, 0.02), (1500, 0.008)])
+def test_a_gap_teaches_nothing_that_nobody_has_seen(every, known):
+    """A tenth of a second is bridged by rates that are 1.4 times too large; between gaps that are
+    rare it learns."""
+    motion = Motion(90, by_hand, shaken)
+    rows = motion.read()
+    counts = np.column_stack([rows[:, 3:] * 4096, rows[:, 0] * 0, rows[:, :3] * 65.5]).round()
+    filt, row = fixed.Attitude(motion.rate_hz, 500, 8, lag_s=0.0), array("h", [0] * 7)
+
+    def around(n):
+        return array("h", [int(c) for c in counts[n] * ([1] * 4 + [1.4] * 3)])
+
+    n = 0
+    while n < len(counts):
+        if n > 500 and n % every == 0:
+            filt.keep()
+            filt.turn(around(n - 1), around(n + 10), 110000)
+            n += 10
+        row[:] = array("h", [int(c) for c in counts[n]])
+        filt.step(row)
+        n += 1
+    scale, sigma, *_ = filt.learned()
+    assert max(map(abs, scale)) < 0.75 * known and max(sigma) < known

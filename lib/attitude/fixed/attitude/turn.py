@@ -27,6 +27,7 @@ _ROLL = const(152)
 _USED = const(84)
 _YAW = const(154)
 _EVENT = const(218)
+_SEEN_US = const(20000)  # over which a straight line is as good as samples
 _STEPS = const(128)  # at most: a second at 2000 deg/s, 16 degrees each
 
 
@@ -83,7 +84,7 @@ def turn(self, before: ptr16, after: ptr16, dt_us: int):
     # steps of at most 1/8 rad of half angle; r: periods in a step, Q10
     t = (dt_us << 8) // period16
     n = 1 + ((most >> 14) * t >> 16)
-    s[_EVENT] |= 32  # what nobody has seen teaches nothing
+    s[_EVENT] |= 40 if dt_us > _SEEN_US else 32  # what nobody has seen teaches nothing
     if n > _STEPS:
         n = _STEPS
     r = ((dt_us << 4) // n << 6) // (period16 >> 4)
