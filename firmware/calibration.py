@@ -68,7 +68,8 @@ def scale_learned(filter, calibration):
     if not hasattr(filter, "calibration_learned"):
         return None
     found, sigma = filter.calibration_learned(), filter.learned()[1]
-    rows, worth = [], False
+    rows: list = []
+    worth = False
     for i in range(3):
         known = sigma[i] <= _KNOWN_SCALE
         rows += found[3 * i : 3 * i + 3] if known else IDENTITY[3 * i : 3 * i + 3]
