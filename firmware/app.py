@@ -201,7 +201,7 @@ class App:
         """End the loop; outputs go to their safe values. start() begins again.
 
         A watchdog, once started, resets the board watchdog_ms later: nothing can stop it. What
-        was learned of the gyro's bias is stored.
+        was learned of the gyro's bias and scale is stored.
         """
         if self.running:
             try:
@@ -212,17 +212,18 @@ class App:
             try:
                 self._keep_learned()
             except (OSError, ValueError) as error:  # a full or worn flash, and no harm
-                print("warning: what was learned of the gyro's bias is not stored:", error)
+                print("warning: what was learned of the gyro is not stored:", error)
         if self in self._running:  # last: while it runs, the sensor is its own
             self._running.remove(self)
 
     def _keep_learned(self):
         learned = self.learning.learned()
-        if learned:
+        if learned or hasattr(self.filter, "calibration_learned"):
             with Briefly(*_FILES):
-                from firmware.calibration import keep_learned
+                from firmware.calibration import keep_learned, scale_learned
 
-                keep_learned(learned, self.imu, self.config.calibration_path)
+                scale = scale_learned(self.filter, self.calibration)
+                keep_learned(learned, self.imu, self.config.calibration_path, scale)
 
     def _watch(self):
         """Start the watchdog where a knob asks for it; it bites from now on."""
@@ -450,6 +451,13 @@ class App:
             return steps.save()
 
         return self.paused(measure)
+
+    def forget_scale(self):
+        """The gyro's scale is unknown again: as learned in motion, and as stored. OSError."""
+        with Briefly(*_FILES):
+            from firmware.calibration import forget_scale
+
+            self.paused(lambda imu: forget_scale(self.config.calibration_path))
 
     def recalibrate(self, calibration):
         """Correct the samples by this Calibration from the next tick on."""

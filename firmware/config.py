@@ -42,7 +42,7 @@ ROWS = (
     ("kalman_q_bias", 0.003, 0.0, 10.0),
     ("kalman_r_measure", 0.03, 0.0001, 1000.0),
     ("complementary_tau_s", 0.5, 0.01, 60.0),
-    ("attitude_tau_s", 1.8, 0.1, 60.0),
+    ("attitude_tau_s", 2.3, 0.1, 60.0),
     ("attitude_rest_tau_s", 0.5, 0.1, 60.0),
     ("attitude_bias_tau_s", 30.0, 1.0, 600.0),
     ("rest_s", 0.5, 0.0, 10.0),

@@ -67,7 +67,9 @@ def stats(app):
 
 
 def report(app):
-    """A dict: rate, jitter, size of the force, noise, temperature, registers, faults by cause.
+    """A dict: rate, jitter, size of the force, noise, temperature, registers, faults by cause;
+    gyro_scale: for x, y, z by how much the rate is multiplied (1: as calibrated) and one sigma, as
+    a filter has learned it that does.
 
     |a| is 1 g and the noise that of the sensor only while the robot is at rest.
     """
@@ -86,7 +88,7 @@ def report(app):
     ]
     force = app.calibration.apply([m / imu.accel_lsb_per_g for m in mean[:3]], (0, 0, 0))[0]
     seen = faults(app)
-    return {
+    out = {
         "rate_hz": 1e6 / timing["period_mean_us"] if timing["period_mean_us"] else 0.0,
         "jitter_p99_us": timing["jitter_p99_us"],
         "force_g": sqrt(sum([f * f for f in force])),
@@ -97,6 +99,10 @@ def report(app):
         "stale": app.stale,
         "faults": seen,
     }
+    if hasattr(app.filter, "learned"):
+        scale, sigma = app.filter.learned()[:2]
+        out["gyro_scale"] = tuple([(1.0 + part, off) for part, off in zip(scale, sigma)])
+    return out
 
 
 def tested(imu):

@@ -16,6 +16,7 @@ app.stats(), app.report()          timing and faults; how the sensor is
 app.zero_yaw()                     the direction it looks in is yaw 0
 app.level_here()                   it stands level now: kept as its mounting
 app.calibrating()                  calibrate, step by step
+app.forget_scale()                 what was learned of the gyro's scale is taken back
 app.outputs.add(update, safe)      call update(app) after each tick
 with app.bus: ...                  other devices on the sensor's bus"""
 

@@ -252,6 +252,8 @@ def rested(app, calibration):
     app.calibration = calibration
     new = filters.make(app.config, calibration, imu, 1e6 / app.period_us)
     begin_at(new, calibration.apply(imu.accel_g(), _NO)[0], old.yaw_mdeg / 1000)
+    if hasattr(new, "learn_from"):
+        new.learn_from(old)
     use(app, new)
 
 

@@ -48,14 +48,38 @@ def bench(result):
 
 
 def accuracy(result):
-    """Tilt error of each filter, mean and worst recording."""
+    """Tilt error of each filter, mean and worst recording; with a gyro whose scale is off; how
+    often the truth is in the bounds; simulated cases."""
     filters = sorted(result["filters"].items(), key=lambda item: item[1]["mean_deg"])
     rows = [
-        (f"`{name}`", f"{f['mean_deg']:.2f}", f"{max(f['trials'].values()):.2f}")
+        (f"`{name}`", f"{f['mean_deg']:.2f}", f"{max(f['trials'].values()):.2f}",
+         f"{f['slope_deg_min']:.1f}" if "slope_deg_min" in f else "")
         for name, f in filters
-    ]
-    count = len(filters[0][1]["trials"])
-    return f"{count} recordings:\n\n" + table(["filter", "mean, deg", "worst, deg"], rows)
+    ]  # fmt: skip
+    head = ["filter", "mean, deg", "worst, deg", "heading, deg/min"]
+    parts = [f"{len(filters[0][1]['trials'])} recordings:\n\n" + table(head, rows)]
+    scaled = result.get("scaled")
+    if scaled:
+        names = list(next(iter(scaled.values())))
+        rows = [(f"`{n}`", *(f"{row[n]:.2f}" for row in scaled.values())) for n in names]
+        head = ["mean, deg", *scaled]
+        parts.append("With all that the gyro reads times\n\n" + table(head, rows))
+    if "inside" in result:
+        rows = [
+            (f"`{name}`", *(f"{part:.0%}" for kind in ("tilt", "yaw") for part in row[kind]))
+            for name, row in result["inside"].items()
+        ]
+        head = ["", "tilt, least", "mean", "yaw, least", "mean"]
+        parts.append("The truth inside the claimed 95 % bound\n\n" + table(head, rows))
+    if "simulated" in result:
+        names = list(next(iter(result["simulated"].values())))
+        rows = [
+            (case, *(f"{row[n]['rms_deg']:.2f} / {row[n]['peak_deg']:.1f}" for n in names))
+            for case, row in result["simulated"].items()
+        ]
+        head = ["RMS / largest, deg", *(f"`{name}`" for name in names)]
+        parts.append("Simulated cases\n\n" + table(head, rows))
+    return "\n\n".join(parts)
 
 
 def faults(result):

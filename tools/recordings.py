@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Recordings with optical truth: read them, feed them as counts, measure a filter's tilt error.
 
-Two kinds of file: npz (`acc_m_s2`, `gyr_rad_s`, `quat_wxyz` sensor to earth with NaN where the
-cameras lost it, `movement` true where errors count, `rate_hz`) and BROAD's own .mat (imu_acc,
-imu_gyr, opt_quat, movement, sampling_rate). Without a folder the project's excerpts are used.
+The kinds of file are in tools.recording_formats. Without a folder the project's excerpts are used.
 
 `python -m tools.recordings SOURCE OUT --start S --length S` cuts an excerpt.
 """
@@ -13,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tools.recording_formats import read
 from tools.virtual.chip import profiles
 
 EXCERPTS = Path(__file__).parent / "data"
@@ -21,6 +20,7 @@ GYRO_LSB_PER_DPS = dict(zip((250, 500, 1000, 2000), profiles.GYRO_LSB_PER_DPS))
 ACCEL_LSB_PER_G = dict(zip((2, 4, 8, 16), profiles.ACCEL_LSB_PER_G))
 GYRO_DPS = 2000  # the ranges that hold every recording
 ACCEL_G = 16
+KINDS = (".npz", ".mat", ".csv")
 
 
 class Recording:
@@ -93,29 +93,16 @@ def up_from_roll_pitch(roll_deg, pitch_deg):
 
 
 def load(path):
-    """One Recording from .npz or .mat; ValueError names what the file lacks."""
-    path = Path(path)
-    if path.suffix == ".mat":
-        from scipy.io import loadmat
-        data = loadmat(path, variable_names=["imu_acc", "imu_gyr", "opt_quat", "movement",
-                                             "sampling_rate"])
-        keys = ("sampling_rate", "imu_acc", "imu_gyr", "opt_quat", "movement")
-    else:
-        data = np.load(path)
-        keys = ("rate_hz", "acc_m_s2", "gyr_rad_s", "quat_wxyz", "movement")
-    missing = [key for key in keys if key not in data]
-    if missing:
-        raise ValueError(f"{path}: no {', '.join(missing)} in it")
-    rate = float(np.asarray(data[keys[0]]).ravel()[0])
-    return Recording(path.stem, rate, *(data[key] for key in keys[1:]))
+    """One Recording; ValueError names what the file lacks."""
+    return Recording(Path(path).stem, *read(path))
 
 
 def files(folder=None):
     """The recordings' paths in a folder (default: the project's excerpts), sorted."""
     folder = Path(folder or EXCERPTS)
-    found = sorted([*folder.glob("*.npz"), *folder.glob("*.mat")])
+    found = sorted(path for kind in KINDS for path in folder.glob("*" + kind))
     if not found:
-        raise FileNotFoundError(f"no .npz or .mat recording in {folder}")
+        raise FileNotFoundError(f"no {', '.join(KINDS)} recording in {folder}")
     return found
 
 

@@ -2,7 +2,7 @@
 """A recording as a filter sees it: counts at their times, settings, calibration, truth if any.
 
 load(path) reads what tools.record wrote (.npz, .csv) and recordings with optical truth
-(tools.recordings: .npz, .mat).
+(tools.recordings: .npz, .mat, .csv).
 """
 
 import csv
@@ -80,7 +80,7 @@ class Track:
 def load(path):
     """The Track in a file. ValueError in words when it is none."""
     path = Path(path)
-    if path.suffix == ".csv":
+    if path.suffix == ".csv" and _is_stream(path):
         return of_stream(path.stem, *_from_csv(path))
     if path.suffix == ".npz":
         with np.load(path) as data:
@@ -90,6 +90,12 @@ def load(path):
                     data["raw"],
                 )  # fmt: skip
     return of_truth(recordings.load(path))
+
+
+def _is_stream(path):
+    """Whether a csv begins with a stream's header: else it is one with truth."""
+    with path.open() as file:
+        return file.readline().startswith("# [")
 
 
 def of_truth(rec):

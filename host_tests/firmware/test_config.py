@@ -117,7 +117,7 @@ def test_the_filters_knobs_begin_at_the_filters_own_defaults(port):
     import attitude
     from attitude import fixed
     from attitude.fixed.attitude import coefficients
-    from attitude.gyro_bias import GyroBias
+    from attitude.gyro_learning import GyroLearning
 
     from firmware.config import Config
     from firmware.filters import SETTINGS, lag_s
@@ -126,7 +126,7 @@ def test_the_filters_knobs_begin_at_the_filters_own_defaults(port):
     kinds = {
         "attitude": (coefficients.set_up,),
         "kalman2": (fixed.KalmanTilt2,),
-        "float.attitude": (attitude.Attitude, GyroBias),
+        "float.attitude": (attitude.Attitude, GyroLearning),
         "float.kalman": (attitude.KalmanTilt,),
     }
     for name, functions in kinds.items():

@@ -206,7 +206,7 @@ def test_undo_and_defaults_are_one_change_each(board, tmp_path):
         assert app.changed() == {} and app.loop.period_us == 4000
         assert app.undo() == {"rate_hz": 500, "attitude_tau_s": 5.0, "rest_s": 0.1}
         assert app.loop.period_us == 2000
-        assert app.undo() == {"attitude_tau_s": 1.8} and app.undo() == {"rate_hz": 250}
+        assert app.undo() == {"attitude_tau_s": 2.3} and app.undo() == {"rate_hz": 250}
         assert app.loop.period_us == 4000 and app.undo() == {}
         rig.port.run_ms(100)
         assert rig.claimed

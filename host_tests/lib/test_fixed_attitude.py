@@ -33,9 +33,9 @@ def run(filt, rows):
     return np.array(out) / 1000.0
 
 
-def run_float(rows, rate_hz, gyro_dps, accel_g, cal=None):
+def run_float(rows, rate_hz, gyro_dps, accel_g, cal=None, **settings):
     full = {"gyro_range_dps": 32768 / LSB_PER_DPS[gyro_dps], "accel_range_g": accel_g}
-    filt, out = FloatAttitude(rate_hz, **full), []
+    filt, out = FloatAttitude(rate_hz, **full, **settings), []
     for row in rows:
         accel = np.array(row[:3]) / LSB_PER_G[accel_g]
         gyro = np.array(row[4:]) / LSB_PER_DPS[gyro_dps]
@@ -55,19 +55,21 @@ def differences(a, b):
 
 
 @pytest.mark.parametrize(
-    "name,start_s",
+    "name,tolerance_deg",
     [
-        ("02_undisturbed_slow_rotation_B", 0),
-        ("21_undisturbed_fast_combined", 22),
-        ("25_disturbed_tapping_B", 20),
+        ("02_undisturbed_slow_rotation_B", 0.02),
+        # a shock of 600 deg/s, from which the scale is learned: what is made good by a degree and
+        # more comes some samples later here
+        ("21_undisturbed_fast_combined", 0.06),
+        ("25_disturbed_tapping_B", 0.02),
     ],
 )
-def test_recordings_agree_with_double_precision(name, start_s):
-    rows, rate_hz = recorded(name, start_s, 20)
+def test_recordings_agree_with_double_precision(name, tolerance_deg):
+    rows, rate_hz = recorded(name, 3, 20)
     exact = run_float(rows, rate_hz, 2000, 16)
     inclination, yaw = differences(run(Attitude(rate_hz, 2000, 16), rows), exact)
-    assert inclination < 0.02
-    assert yaw < 0.05
+    assert inclination < tolerance_deg
+    assert yaw < 6 * tolerance_deg
 
 
 def at_rate(rows, rate_hz, wanted_hz):
@@ -79,11 +81,11 @@ def at_rate(rows, rate_hz, wanted_hz):
 
 @pytest.mark.parametrize("rate_hz,gyro_dps,accel_g", [(80, 500, 4), (1000, 1000, 8)])
 def test_rates_and_ranges_agree_with_double_precision(rate_hz, gyro_dps, accel_g):
-    rows, recorded_hz = recorded("02_undisturbed_slow_rotation_B", 20, 12, gyro_dps, accel_g)
+    rows, recorded_hz = recorded("02_undisturbed_slow_rotation_B", 3, 15, gyro_dps, accel_g)
     rows = at_rate(rows, recorded_hz, rate_hz)
     exact = run_float(rows, rate_hz, gyro_dps, accel_g)
     inclination, yaw = differences(run(Attitude(rate_hz, gyro_dps, accel_g), rows), exact)
-    assert inclination < 0.02
+    assert inclination < 0.03
     assert yaw < 0.05
 
 
@@ -97,11 +99,12 @@ class Mounted:
 
 
 def test_a_calibration_is_folded_in():
-    rows, rate_hz = recorded("02_undisturbed_slow_rotation_B", 20, 10)
+    rows, rate_hz = recorded("02_undisturbed_slow_rotation_B", 3, 17)
     filt = Attitude(rate_hz, 2000, 16)
     filt.calibrate(Mounted)
     out = run(filt, rows)
-    inclination, yaw = differences(out, run_float(rows, rate_hz, 2000, 16, Mounted))
+    known = {"scale_sigma": 0.004, "start_sigma_dps": 1.0}  # since somebody has calibrated it
+    inclination, yaw = differences(out, run_float(rows, rate_hz, 2000, 16, Mounted, **known))
     assert inclination < 0.02
     assert yaw < 0.05
     assert differences(out, run_float(rows, rate_hz, 2000, 16))[0] > 10  # it does something
@@ -171,7 +174,7 @@ def test_rest_and_bias_are_seen():
     assert filt.at_rest
     assert filt.bias_dps == pytest.approx((2.0, -0.9924, 0.5038), abs=1e-3)
     assert tuple(filt.angles_mdeg) == (filt.roll_mdeg, filt.pitch_mdeg, filt.yaw_mdeg)
-    run(filt, [[0, 0, 4096, 0, 1310, -65, 33]] * 10)
+    run(filt, [[0, 0, 4096, 0, 1310, -65, 33]] * 25)  # a block has 20
     assert not filt.at_rest
 
 

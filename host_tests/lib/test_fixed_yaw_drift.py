@@ -26,18 +26,29 @@ from attitude.fixed import Attitude
 BURSTS = array("h", %s)
 
 @micropython.viper
-def put(counts: ptr16, table: ptr16, at: int):
-    i = 0
-    while i < 7:
-        counts[i] = table[at + i]
-        i += 1
+def put(counts: ptr16, table: ptr16, at: int, seed: int, noise: int) -> int:
+    # sums of four uniform numbers on top: 10 counts RMS of a force, 2 of a rate
+    n = 0
+    while n < 7:
+        total = 0
+        if noise:
+            wide = 17 if n < 3 else 3
+            k = 0
+            while k < 4:
+                seed = (seed * 1103 + 12345) & 0xFFFFF
+                total += (seed >> 5) %% wide
+                k += 1
+            total -= 2 * (wide - 1)
+        counts[n] = int(table[at + n]) + total
+        n += 1
+    return seed
 
-f, c = Attitude(%d, lag_s=0.0), array("h", [0] * 7)
+f, c, seed = Attitude(%d, lag_s=0.0), array("h", [0] * 7), 1
 for _ in range(6):
     last = f.yaw_mdeg
     for _ in range(30):
         for at in range(0, len(BURSTS), 7):
-            put(c, BURSTS, at)
+            seed = put(c, BURSTS, at, seed, %d)
             f.step(c)
     print((f.yaw_mdeg - last + 540000) %% 360000 - 180000)
 """
@@ -48,27 +59,25 @@ def attitude(t_s):
     return quaternion(40 * math.sin(turn / 4), 15 * math.sin(turn / 2.5), 30 * math.sin(turn / 5))
 
 
-def bursts(noise):
-    """A period of a motion that comes back to where it began, as counts; the noise of each axis
-    has no mean, which would be a bias.
+def bursts():
+    """A period of a motion that comes back to where it began, as counts. Noise is added on the
+    way: the same one in each period would be a fault of the sensor, which is learned.
     """
     n, h, words = PERIOD_S * RATE_HZ, 1e-4, []
-    added = np.random.default_rng(1).normal(0, (10, 10, 10, 0, 2, 2, 2), (n, 7)) * noise
-    added -= added.mean(0)
     for t in np.arange(n) / RATE_HZ:
         w, x, y, z = attitude(t - h)
         turned = product((w, -x, -y, -z), attitude(t + h))
         words.append([*(4096 * matrix(attitude(t))[2]), 0, *(65.5 * np.degrees(turned[1:] / h))])
-    return np.round(np.array(words) + added).astype(int).ravel().tolist()
+    return np.round(np.array(words)).astype(int).ravel().tolist()
 
 
 @pytest.mark.parametrize("noise", (0, 1))
 def test_yaw_drifts_no_more_than_the_algorithm_does(noise, tmp_path):
     script = tmp_path / "drift.py"
-    script.write_text(PROGRAM % (str(ROOT / "lib"), bursts(noise), RATE_HZ))
+    script.write_text(PROGRAM % (str(ROOT / "lib"), bursts(), RATE_HZ, noise))
     command = [str(images.unix_micropython()), "-X", "heapsize=16M", str(script)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert not done.returncode, done.stderr + done.stdout
     drift = [int(line) / 1000 / 600 for line in done.stdout.split()]
     assert len(drift) == 6
-    assert max(map(abs, drift)) < 0.001
+    assert max(map(abs, drift)) < 0.0015

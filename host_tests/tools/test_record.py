@@ -67,7 +67,7 @@ def test_settings_units_board_and_marks_are_in_it(recorded):
     first = headers[0][1]
     assert ["gyro_x", "deg/s", pytest.approx(1 / 65.5)] in first["channels"]
     assert first["board"] == "Pico" and first["settings"]["rate_hz"] == 250
-    assert {"attitude_tau_s": [1.8, 2.5]} in [changed for _, changed in marks]
+    assert {"attitude_tau_s": [2.3, 2.5]} in [changed for _, changed in marks]
 
 
 def test_csv_and_npz_are_the_same_track_and_both_replay(recorded):

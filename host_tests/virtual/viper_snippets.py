@@ -124,6 +124,11 @@ SNIPPETS = {
         "    return b[i] | h[i] << 8\n",
         [("array('i', (-559038737, 19088743))", i) for i in range(4)],
     ),
+    "ptr_further_on": (
+        "def f(p: ptr32, i: int) -> int:\n    at = 1\n    if i:\n        at = i\n"
+        "    q = ptr32(int(p) + 8)\n    q[0] = at - 7\n    return q[1] ^ p[3] * 5\n",
+        [("array('i', (5, -1, 9, 11, -8))", i) for i in range(2)],
+    ),
     "signed_product": (
         "def f(a: int, b: int) -> int:\n    return (a >> 15) * b + (((a & 0x7FFF) * b) >> 15)\n",
         _SMALL_GAINS,

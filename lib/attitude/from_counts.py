@@ -8,6 +8,7 @@ They are given the measured time with each sample.
 """
 
 from attitude.attitude import Attitude
+from attitude.counts import known
 from attitude.float_base import FromCounts, go_on_with
 from attitude.standing import angles_deg, of_angles
 from attitude.tilt import accel_tilt_deg
@@ -25,6 +26,14 @@ class FloatAttitude(FromCounts):
         settings = settings.copy()
         settings["gyro_range_dps"], settings["accel_range_g"] = self.gyro_dps, self.accel_g
         return (Attitude(self.rate_hz, **settings),)
+
+    def prepare(self, calibration=None, period_us=None, settings=None):
+        """See FromCounts; before the first sample, a calibration also tells what is known."""
+        super().prepare(calibration, period_us, settings)
+        if calibration is not None:
+            own = self.pending[3]
+            told = [pair for pair in known(calibration).items() if pair[0] not in own]
+            self.cores[0].known(dict(told))
 
     def _update(self, gyro, accel, dt_s):
         x, y, z = gyro
@@ -46,6 +55,25 @@ class FloatAttitude(FromCounts):
     def bias_dps(self):
         """Gyro bias as estimated on top of the calibration, deg/s."""
         return self.cores[0].bias_dps
+
+    @property
+    def uncertain(self):
+        """True while the tilt is not known well enough to be claimed."""
+        return self.cores[0].uncertain
+
+    @property
+    def tilt_sigma_deg(self):
+        """One sigma of each level axis, degrees."""
+        return self.cores[0].tilt_sigma_deg
+
+    @property
+    def yaw_sigma_deg(self):
+        """One sigma of the rotation about the vertical since the start, degrees."""
+        return self.cores[0].yaw_sigma_deg
+
+    def learned(self):
+        """(scale, its sigma, bias_dps, its sigma): see Attitude."""
+        return self.cores[0].learned()
 
     def quaternion(self):
         """(w, x, y, z), sensor to earth, for now."""

@@ -67,7 +67,18 @@ class Calibration:
 
     def mounting(self):
         """All that another part can use of it: how the sensor sits in the robot."""
-        return Calibration(gyro_matrix=self.gyro_matrix, accel_matrix=self.gyro_matrix)
+        turned = self.rotation()
+        return Calibration(gyro_matrix=turned, accel_matrix=turned)
+
+    def rotation(self):
+        """The mounting alone: the rotation nearest to gyro_matrix, which may have scales in it."""
+        m = self.gyro_matrix
+        for _ in range(5):  # 3/2 m - 1/2 m m' m, until its columns are of length 1
+            square = multiply(m, [m[i] for i in (0, 3, 6, 1, 4, 7, 2, 5, 8)])
+            if max([abs(s - i) for s, i in zip(square, IDENTITY)]) < 1e-5:
+                break
+            m = tuple([1.5 * a - 0.5 * b for a, b in zip(m, multiply(square, m))])
+        return m
 
     def mounted(self, rotation):
         """The same, its output turned by this row-major rotation matrix (mounting.py)."""

@@ -40,8 +40,8 @@ class Poses:
         """`cal` (or a new one) with the accelerometer's bias, matrix and residual_mg.
 
         faces: each pose lies square on a face of a box, all six have been up. Otherwise any
-        directions, well spread, six or better twelve. The mounting in `cal` stays: it is its
-        gyro_matrix. ValueError says what is missing.
+        directions, well spread, six or better twelve. The mounting in `cal` stays.
+        ValueError says what is missing.
         """
         readings = [r.accel_g for r in self._rests]
         if faces:
@@ -55,7 +55,7 @@ class Poses:
         cal = (cal or Calibration()).at(temp)
         return cal.but(
             accel_bias_g=bias,
-            accel_matrix=multiply(cal.gyro_matrix, matrix),
+            accel_matrix=multiply(cal.rotation(), matrix),
             residual_mg=1000 * residual,
             who_am_i=self._imu.who_am_i,
         )

@@ -2,8 +2,9 @@
 """Tilt error of every filter on recordings with optical truth, fed as the sensor's counts.
 
 `python -m tools.accuracy [--data DIR] [--json FILE] [--out PICTURE]`; without --data on the
-project's excerpts. The error is the angle between estimated and true up, root mean square over
-the samples in motion. VQF stands beside them when the package vqf is installed.
+project's excerpts; --parts: the recordings, the same with a gyro whose scale is off, simulated
+cases. The error is the angle between estimated and true up, root mean square over the samples in
+motion. VQF stands beside them when the package vqf is installed.
 """
 
 import argparse
@@ -12,84 +13,79 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
-
 from tools import recordings
-from tools.accuracy.filters import FILTERS
-from tools.accuracy.measure import measure
+from tools.accuracy import report
+from tools.accuracy.cases import CASES
+from tools.accuracy.filters import FILTERS, SCALED, SIMULATED
+from tools.accuracy.measure import Job, measure
 
-TWINS = ("attitude", "fixed.attitude")
-
-
-def angle_between_deg(a, b):
-    """(n) angles between two sets of up vectors."""
-    a, b = np.asarray(a, float), np.asarray(b, float)
-    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.sum(a * b, axis=1)))
-
-
-def report(results, paths, names):
-    """The results as the JSON contract has them, and the twins' difference per trial."""
-    filters = {}
-    for name in names:
-        trials = {path.stem: round(results[name, path][0], 4) for path in paths}
-        mean = round(float(np.mean(list(trials.values()))), 4)
-        filters[name] = {"mean_deg": mean, "trials": trials}
-    out = {"filters": filters}
-    if all(name in names for name in TWINS):
-        out["difference_deg"] = {
-            path.stem: round(float(np.sqrt(np.mean(
-                angle_between_deg(results[TWINS[0], path][1], results[TWINS[1], path][1]) ** 2
-            ))), 4)
-            for path in paths
-        }
-    return out
-
-
-def table(data):
-    """The report as text: a row for each filter, a column for each trial."""
-    filters = data["filters"]
-    trials = list(next(iter(filters.values()))["trials"])
-    rows = [[n, *(f["trials"][t] for t in trials), f["mean_deg"]] for n, f in filters.items()]
-    if "difference_deg" in data:
-        apart = data["difference_deg"]
-        mean = float(np.mean(list(apart.values())))
-        rows.append(["attitude - fixed", *(apart[t] for t in trials), mean])
-    lines = ["tilt error, degrees RMS"]
-    lines += [f"  {chr(65 + i)} = {trial}" for i, trial in enumerate(trials)]
-    heads = [chr(65 + i) for i in range(len(trials))] + ["mean"]
-    lines.append(" " * 18 + "".join(f"{head:>8}" for head in heads))
-    lines += [f"{row[0]:18}" + "".join(f"{x:8.3f}" for x in row[1:]) for row in rows]
-    return "\n".join(lines)
+PARTS = ("recordings", "scaled", "simulated")
+FACTORS = (0.97, 0.99, 1.01, 1.03)  # the datasheet allows the gyro 3 %
+SEEDS = (0, 1, 2)
 
 
 def available(names=None):
     """The filters to run: all, less vqf where it is not installed."""
-    unknown = sorted(set(names or ()) - set(FILTERS))
+    known = [*FILTERS, *(name for name in SIMULATED if name not in FILTERS)]
+    unknown = sorted(set(names or ()) - set(known))
     if unknown:
-        raise SystemExit(f"no filter {', '.join(unknown)}; there are {', '.join(FILTERS)}")
+        raise SystemExit(f"no filter {', '.join(unknown)}; there are {', '.join(known)}")
     installed = importlib.util.find_spec("vqf") is not None
-    able = [name for name in FILTERS if installed or not name.startswith("vqf")]
+    able = [name for name in known if installed or not name.startswith("vqf")]
     return [name for name in able if not names or name in names]
+
+
+def jobs(parts, paths, names, cases):
+    """All that is to be run."""
+    out = []
+    if "recordings" in parts:
+        out += [Job(path, name) for name in names if name in FILTERS for path in paths]
+    if "scaled" in parts:
+        out += [Job(path, name, factor) for name in SCALED if name in names
+                for path in paths for factor in FACTORS]
+    if "simulated" in parts:
+        out += [Job(case, name, 1.0, seed) for name in SIMULATED if name in names
+                for case in cases for seed in SEEDS]
+    return out
+
+
+def gathered(results, parts, paths, names, cases):
+    """The results as tools.accuracy.report has them."""
+    data = {}
+    if "recordings" in parts:
+        data = report.of_recordings(results, paths, [name for name in names if name in FILTERS])
+    scaled = [name for name in SCALED if name in names]
+    if "scaled" in parts and scaled:
+        data["scaled"] = report.of_scaled(results, paths, scaled, FACTORS)
+    simulated = [name for name in SIMULATED if name in names]
+    if "simulated" in parts and simulated:
+        data["simulated"], inside = report.of_simulated(results, cases, simulated, SEEDS)
+        if inside:
+            data["inside"] = {**data.get("inside", {}), **inside}
+    return data
 
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
         prog="python -m tools.accuracy", description=__doc__.split("\n\n")[0]
     )
-    parser.add_argument("--data", help="folder of .npz or .mat recordings")
+    parser.add_argument("--data", help="folder of recordings: see tools.recordings")
     parser.add_argument("--json", help="write the errors to this file")
     parser.add_argument("--out", default="out/accuracy.png", help="the picture")
-    parser.add_argument("--filters", nargs="+", help=f"some of: {', '.join(FILTERS)}")
+    parser.add_argument("--filters", nargs="+", help=f"some of: {', '.join(available())}")
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS)
+    parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES),
+                        metavar="CASE", help="some of the simulated ones")
     parser.add_argument("--jobs", type=int, help="processes (default: one for each core)")
     args = parser.parse_args(argv)
     names = available(args.filters)
     try:
-        paths = recordings.files(args.data)
-        results = measure(paths, names, args.jobs)
+        paths = recordings.files(args.data) if set(args.parts) - {"simulated"} else []
+        results = measure(jobs(args.parts, paths, names, args.cases), args.jobs)
     except (OSError, ValueError) as error:
         sys.exit(f"accuracy: {error}")
-    data = report(results, paths, names)
-    print(table(data))
+    data = gathered(results, args.parts, paths, names, args.cases)
+    print(report.text(data))
     if args.json:
         Path(args.json).parent.mkdir(parents=True, exist_ok=True)
         Path(args.json).write_text(json.dumps(data, indent=1) + "\n")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Runs on the board (see tools/bench.py): times each stage and prints one line for each figure.
+# Runs on the board: times each stage and prints one line for each figure. tools/bench.py calls
+# main(), and main_app() after a new start, since a program loads only what it uses.
 # Times are net of an empty call, each call timed by itself, the collector off.
 
 import gc
@@ -155,8 +156,17 @@ class Skewed:
     accel_matrix = (0.99, 0.1, 0.01, -0.1, 1.02, 0.02, 0.01, -0.02, 0.98)
 
 
-def main():
+def measure_empty():
+    """What a call of nothing takes."""
     global _empty_us
+    gc.collect()
+    gc.disable()
+    laps(Nothing().update, None, gc.isenabled, len(_laps))
+    gc.enable()
+    _empty_us = sum(_laps) / len(_laps)
+
+
+def main():
     import machine
 
     from firmware import board
@@ -168,11 +178,7 @@ def main():
     kalman = imported("attitude.KalmanTilt", load_float_kalman)
     float_attitude = imported("attitude.Attitude", load_float_attitude)
 
-    gc.collect()
-    gc.disable()
-    laps(Nothing().update, None, gc.isenabled, len(_laps))
-    gc.enable()
-    _empty_us = sum(_laps) / len(_laps)
+    measure_empty()
     print("empty", _empty_us)
 
     imu = driver(board.find().i2c())
@@ -277,11 +283,8 @@ def processor_left(app):
 def main_app():
     from firmware.app import App
 
+    measure_empty()
     app = App()
     app_steps(app)
     row("read.angles", three, None, second=app.angles_mdeg)
     processor_left(app)
-
-
-main()
-main_app()

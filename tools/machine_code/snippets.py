@@ -35,6 +35,30 @@ def constant_index8(p: ptr8, a: int, b: int) -> int:
 
 
 @micropython.viper
+def pointer_further_on(p: ptr32, a: int, b: int) -> int:
+    """The same places by a pointer of their own, near and far from it."""
+    x = a & 0xFFF
+    q = ptr32(int(p) + 400)
+    q[0] = x - 7
+    q[31] = b
+    q[60] = p[100] ^ q[31]
+    p[131] = p[160] & 0xFFFF
+    return q[31] + (q[0] & 0xFFF)
+
+
+@micropython.viper
+def saturated(a: int, b: int) -> int:
+    """By shifts, and by one comparison of what is nearly the magnitude."""
+    x = a ^ b >> 3
+    if x >> 12 ^ x >> 31:
+        x = x >> 31 ^ 4095
+    b >>= 1
+    if (b ^ b >> 31) > 20000:
+        b = 20000 ^ b >> 31
+    return x + b
+
+
+@micropython.viper
 def index32_after_load(p: ptr32, i: int) -> int:
     """The index is used again when it has been one: in registers, as the arguments are."""
     i &= 15

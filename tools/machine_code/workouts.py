@@ -125,7 +125,4 @@ def mathematics(port):
         intmath.atan2_mdeg(y, x * (n % 5 > 0))
         intmath.hypot(x, y)
         intmath.isqrt(rng.randrange(2 ** rng.randint(1, 31)) - 2)
-        intmath.sin_q15(x * rng.randint(1, 9000))
-        intmath.cos_q15(x * rng.randint(1, 9000))
         intmath.mul_q15(rng.randint(-(2**30), 2**30), rng.randint(-(2**15), 2**15))
-        intmath.mul_q30(rng.randint(-(2**30), 2**30), rng.randint(-(2**30), 2**30))

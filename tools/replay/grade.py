@@ -2,7 +2,8 @@
 """How far angles are from the truth, or from the best hindsight where nobody knows the truth.
 
 The best hindsight is an acausal smoother, vqf.offlineVQF: it knows the whole recording, its end
-too. A board's angle is for the moment at which it is read, and its samples are lag_s old; so the
+too, but no gyro's scale: where that is wrong the filter that learns it may be nearer to the truth.
+A board's angle is for the moment at which it is read, and its samples are lag_s old; so the
 smoother's attitude is taken that much later.
 """
 

@@ -57,8 +57,9 @@ class Fixed:
     _state_at: int
     _state_end: int
     _least_hz = 10
+    _spare = 1.0  # by how much the gyro's coefficients may grow while it runs
 
-    at_rest = False  # of filters that do not watch for it
+    at_rest = uncertain = False  # of filters that do not watch for it
     knows_yaw = False  # of filters of roll and pitch only
     _made = False
     timed = False  # update() needs no dt: the period is fixed
@@ -83,7 +84,7 @@ class Fixed:
         self.pending[_STEP] = 32768
         per_sample = 1000.0 * rate_hz / self._unit_per_deg
         self.pending[_RATE], self.pending[_RATE_SHIFT] = mantissa(32768.0 * per_sample)
-        self._kept = array("i", [0] * 10)  # of keep() and turn(): where a gap began
+        self._kept = array("i", [0] * 13)  # of keep() and turn(): where a gap began
         self._settings = {}
         self.prepare(Ideal, None, settings)
         self.swap()
@@ -140,7 +141,8 @@ class Fixed:
     def _fold(self, cal):
         unit = self._unit_per_deg / (self._gyro_lsb * self.rate_hz)
         fold_accel(self.pending, _ACCEL, cal, self._accel_lsb)
-        self.pending[_GYRO_SHIFT] = fold_gyro(self.pending, _GYRO, cal, self._gyro_lsb, unit)
+        shift = fold_gyro(self.pending, _GYRO, cal, self._gyro_lsb, unit, self._spare)
+        self.pending[_GYRO_SHIFT] = shift
 
     def calibrate(self, calibration):
         """Fold a Calibration (bias, matrices, mounting) into the step, at no cost.

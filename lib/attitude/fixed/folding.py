@@ -43,15 +43,16 @@ def fold_accel(store, at, cal, lsb_per_g):
         _put(store, at, i, row, 16384.0, 8192)
 
 
-def fold_gyro(store, at, cal, lsb_per_dps, unit_per_count):
+def fold_gyro(store, at, cal, lsb_per_dps, unit_per_count, spare=1.0):
     """Nine coefficients, then three offsets with the rounding in; returns the shift.
 
     The result is counts times unit_per_count (any unit per sample). The shift is the largest
-    at which a full-scale sum stays inside 32 bits, so the coefficients use all of theirs.
+    at which a full-scale sum, `spare` times as large, stays inside 32 bits, so the coefficients
+    use all of theirs.
     """
     bias = [b * lsb_per_dps for b in cal.gyro_bias_dps]
     rows = [row_of(cal.gyro_matrix, i, bias) for i in range(3)]
-    largest = max([largest_sum(row) for row in rows]) * unit_per_count
+    largest = max([largest_sum(row) for row in rows]) * unit_per_count * spare
     if not largest < _SUM_LIMIT:
         raise ValueError("gyro_matrix or its bias is beyond the number range")
     shift = 0

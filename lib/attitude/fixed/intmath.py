@@ -87,51 +87,12 @@ def isqrt(n: int) -> int:
 
 
 @micropython.viper
-def sin_q15(mdeg: int) -> int:
-    """Sine of an angle in millidegrees (any 31-bit integer), Q15: 32768 is 1.
-
-    Error below 2 units. A ninth-order odd polynomial of the angle in quarter turns.
-    """
-    z = mdeg % 360000
-    if z >= 180000:
-        z -= 360000
-    if z > 90000:
-        z = 180000 - z
-    elif z < -90000:
-        z = -180000 - z
-    t = ((z << 14) + 22500) // 45000
-    u = (t * t) >> 15
-    r = 10 * u >> 15
-    r = (r - 307) * u >> 15
-    r = (r + 5223) * u >> 15
-    r = (r - 42334) * u + 16384 >> 15
-    return (t * 51472 + (t * r >> 1) + 16384) >> 15
-
-
-@micropython.viper
-def cos_q15(mdeg: int) -> int:
-    """Cosine of an angle in millidegrees, Q15; bounds as sin_q15, |mdeg| below 2^30 - 90000."""
-    return int(sin_q15(mdeg + 90000))
-
-
-@micropython.viper
 def mul_q15(a: int, b: int) -> int:
     """a b / 2^15 rounded down, for any 31-bit a and |b| up to 2^15, without a 64-bit product.
 
     Exact. The result must fit 31 bits.
     """
     return (a >> 15) * b + ((a & 0x7FFF) * b >> 15)
-
-
-@micropython.viper
-def mul_q30(a: int, b: int) -> int:
-    """a b / 2^30 rounded down, or up to two units below that; |a|, |b| up to 2^30.
-
-    The product of the two low halves, less than one unit, is left out.
-    """
-    ah = a >> 15
-    bh = b >> 15
-    return ah * bh + ((ah * (b & 0x7FFF) >> 1) + (bh * (a & 0x7FFF) >> 1) >> 14)
 
 
 @micropython.viper

@@ -3,6 +3,7 @@
 
 import ast
 
+from .consts import fold
 from .ranges import (
     INT_RANGE,
     UINT_RANGE,
@@ -13,6 +14,7 @@ from .ranges import (
 )
 from .values import (
     BOOL,
+    ELEMENT,
     INT,
     LIMITS,
     NONE,
@@ -37,6 +39,9 @@ class Arithmetic:
         """Casts between native types reinterpret the bits; a cast of an object converts, and is
         checked.
         """
+        moved = self.moved(kind, node) if kind in POINTERS else None
+        if moved:
+            return moved
         value = self.expr(node)
         if kind in POINTERS:
             return Value(call("_viper_pointer", value.node, kind, self.title), kind)
@@ -49,6 +54,21 @@ class Arithmetic:
         if value.kind == BOOL:
             return Value(ast.IfExp(value.node, ast.Constant(1), ast.Constant(0)), kind, (0, 1))
         return self.reinterpret(value, kind)
+
+    def moved(self, kind, node):
+        """The pointer that begins further on: kind(int(p) + bytes), p of the same kind."""
+        size = ELEMENT.get(kind)
+        inner = node.left if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add) else None
+        if not (isinstance(inner, ast.Call) and ast.unparse(inner.func) == INT and size):
+            return None
+        base = inner.args[0]
+        if not (isinstance(base, ast.Name) and self.locals.get(base.id) == kind):
+            return None
+        offset = fold(node.right, self.constants)
+        if offset is None or offset < 0 or offset % size:
+            self.refuse(node, "a pointer moves by a constant number of elements")
+        further = ast.Slice(ast.Constant(offset // size), None, None)
+        return Value(ast.Subscript(name(base.id), further, ast.Load()), kind)
 
     def convert(self, value, kind, node):
         if isinstance(value.node, ast.Constant) and value.range:

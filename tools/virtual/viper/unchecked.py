@@ -10,6 +10,7 @@ from array import array
 
 from . import _code_of, _parsed
 from .consts import fold
+from .values import ELEMENT
 
 _FORMATS = {"ptr": "B", "ptr8": "B", "ptr16": "H", "ptr32": "i"}
 
@@ -32,8 +33,14 @@ class _Plain(ast.NodeTransformer):
         return node if value is None else ast.copy_location(ast.Constant(value), node)
 
     def visit_Call(self, node):
-        self.generic_visit(node)
         name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if name in ELEMENT and ast.unparse(node.args[0]).startswith("int("):
+            moved = node.args[0]  # ptr32(int(p) + bytes)
+            places = fold(moved.right, self._constants) // ELEMENT[name]
+            whole = ast.Call(ast.Name("memoryview", ast.Load()), moved.left.args, [])
+            further = ast.Slice(ast.Constant(places), None, None)
+            return ast.copy_location(ast.Subscript(whole, further, ast.Load()), node)
+        self.generic_visit(node)
         if name in _FORMATS:
             return ast.copy_location(_view(node.args[0], name), node)
         if name in ("int", "uint") and len(node.args) == 1:

@@ -17,6 +17,7 @@ POINTERS = ("ptr", "ptr8", "ptr16", "ptr32")
 NUMBERS = (INT, UINT)
 LIMITS = {INT: INT_RANGE, UINT: UINT_RANGE}
 LOADS = {"ptr8": (0, 255), "ptr16": (0, 65535), "ptr32": INT_RANGE, "ptr": (0, 255)}
+ELEMENT = {"ptr8": 1, "ptr16": 2, "ptr32": 4}
 SMALL_INT = (-(2**30), 2**30 - 1)
 TEMP = "_viper_t"
 _BITWISE = (ast.BitAnd, ast.BitOr, ast.BitXor)

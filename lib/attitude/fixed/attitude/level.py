@@ -6,30 +6,24 @@ takes its time. Places and formats: this folder's __init__.
 import micropython
 from micropython import const
 
+from attitude.fixed.attitude.errors import know_nothing, use
 from attitude.fixed.intmath import isqrt
 
 _ONE = const(32)
-_W = const(56)
-_X = const(57)
-_Y = const(58)
-_Z = const(59)
-_TRIM = const(60)
-_BIAS = const(64)
-_FRACTION = const(67)
-_K_SHIFT = const(75)
-_LEFT = const(77)
-_BEGIN = const(81)
-_SUM = const(82)
-_ROLL = const(88)
-_RATES = const(91)
-_HOME = const(104)
-_UP = const(110)
-_RESTED = const(116)
-_MOVED = const(118)
-_SPEED = const(119)
-_GAIN = const(121)
-_STATE = const(55)
-_STATE_END = const(140)
+_W = const(76)
+_X = const(77)
+_Y = const(78)
+_Z = const(79)
+_TRIM = const(163)
+_K_SHIFT = const(175)
+_MOST_G = const(177)
+_LEFT = const(178)
+_BEGIN = const(80)
+_RATES = const(155)
+_UNCERTAIN = const(162)
+_MOVED = const(104)
+_STATE = const(75)
+_STATE_END = const(360)
 
 
 @micropython.viper
@@ -40,11 +34,10 @@ def turn(array, w: int, x: int, y: int, z: int):
     All zero is half a turn about x.
     """
     s = ptr32(array)
-    a = (w if w >= 0 else 0 - w) | (x if x >= 0 else 0 - x)
-    a |= (y if y >= 0 else 0 - y) | (z if z >= 0 else 0 - z)
-    if a == 0:
-        x = a = 268435456
-    while a < 268435456:
+    if not w | x | y | z:
+        x = 1
+    a = w ^ w >> 31 | x ^ x >> 31 | y ^ y >> 31 | z ^ z >> 31 | 1
+    while not a >> 28:
         a <<= 1
         w <<= 1
         x <<= 1
@@ -88,11 +81,11 @@ def level(array, x: int, y: int, z: int, least: int) -> int:
     (a quarter of a degree) next to upside down.
     """
     # the largest component to 29 bits
-    t = (x if x >= 0 else 0 - x) | (y if y >= 0 else 0 - y) | (z if z >= 0 else 0 - z)
-    if t == 0:
+    if not x | y | z:
         return 0
+    t = x ^ x >> 31 | y ^ y >> 31 | z ^ z >> 31 | 1
     k = 0
-    while t < 268435456:
+    while not t >> 28:
         t <<= 1
         k += 1
     x <<= k
@@ -136,49 +129,37 @@ def without_yaw(array):
 def begin(array):
     """Forget everything; the next sample levels, with yaw 0."""
     s = ptr32(array)
-    end = _STATE_END
+    end = _RATES
     i = _STATE
     while i < end:
         s[i] = 0
         i += 1
     s[_W] = s[_ONE]
-    s[_K_SHIFT] = 9
-    s[_LEFT] = 1  # the first block is the first sample: it levels
+    know_nothing(array)
+    begin_again(array)
     s[_BEGIN] = 2
+    s[_MOVED] = 0
 
 
 @micropython.viper
 def begin_again(array):
-    """The next samples level anew; attitude, bias and what is known of the bias stay till then."""
+    """The next samples level anew; attitude, bias and what is known of the gyro stay till then."""
     s = ptr32(array)
     end = _STATE_END
-    i = _TRIM
-    while i < _BIAS:
-        s[i] = 0
-        i += 1
-    i = _FRACTION
-    while i < _BEGIN:
-        s[i] = 0
-        i += 1
-    i = _SUM
-    while i < _ROLL:
-        s[i] = 0
-        i += 1
     i = _RATES
-    while i < _HOME:
-        s[i] = 0
-        i += 1
-    i = _UP
-    while i < _RESTED:
-        s[i] = 0
-        i += 1
-    s[_SPEED] = 0
-    i = _GAIN
     while i < end:
         s[i] = 0
         i += 1
-    s[_K_SHIFT] = 9
-    s[_LEFT] = 1
     if s[_BEGIN] == 0:
         s[_BEGIN] = 1
+    elif s[_BEGIN] == 3:
+        s[_BEGIN] = 2
     s[_MOVED] = 1  # who knows
+    s[_K_SHIFT] = 9
+    s[_MOST_G] = 1073741823
+    s[_LEFT] = 1  # the first block is the first sample: it levels
+    s[_UNCERTAIN] = 1
+    i = 0
+    while i < 3:
+        use(array, i)
+        i += 1

@@ -8,35 +8,33 @@ Rare, for the foreground; places and formats: this folder's __init__. `s` is the
 from micropython import const
 
 from attitude.fixed.attitude.coefficients import INC_PER_DPS
+from attitude.fixed.attitude.errors import spread
 from attitude.quaternion import rotate_back, unit
 from attitude.standing import angles_mdeg, turned
 
 _LAG_PRE = const(29)
 _LAG = const(30)
 _LAG_POST = const(31)
-_N = const(33)
-_RESTED_MAX = const(42)
-_YOUNG = const(43)
-_KNOWN_MAX = const(49)
-_LEARN_AGE = const(50)
-_W = const(56)
-_TRIM = const(60)
-_LAST = const(61)
-_BIAS = const(64)
-_BEGIN = const(81)
-_ROLL = const(88)
-_RATES = const(91)
-_FORCE = const(94)
-_HOME_BIAS = const(107)
-_HOME = const(104)
-_AGE = const(114)
-_RESTED = const(116)
-_LEARNED = const(117)
-_MOVED = const(118)
-_KNOWN = const(120)
-_STATE = const(55)
-_DEG = const(57.29578)
-_MOST_DPS = const(40.0)  # of bias: what the formats hold, and twice what the datasheet allows
+_OLD = const(48)
+_YOUNG = const(47)
+_W = const(76)
+_TRIM = const(163)
+_LAST = const(164)
+_BIAS = const(81)
+_BEGIN = const(80)
+_ROLL = const(152)
+_RATES = const(155)
+_FORCE = const(158)
+_BEFORE = const(96)
+_NEXT = const(99)
+_AGE = const(205)
+_LEARNED = const(103)
+_MOVED = const(104)
+_EVENT = const(218)
+_SIGMA = const(105)
+_STATE = const(75)
+_DEG = 57.29578
+_MOST_DPS = 39.0  # of bias: what the formats hold, and twice what the datasheet allows
 
 
 def _part(state, at, n=3):
@@ -49,12 +47,12 @@ def _attitude(state):
 
 def standing(s, state, rate_hz):
     """See attitude.standing."""
-    if state[_BEGIN - _STATE] == 2:
+    if state[_BEGIN - _STATE] > 1:
         return None
     scale = rate_hz / INC_PER_DPS
     home = None
     if state[_LEARNED - _STATE]:
-        home = [h * scale / s[_N] for h in _part(state, _HOME)]
+        home = [b * scale / 256.0 for b in _part(state, _BEFORE)]
     rates = [rate * scale for rate in _part(state, _LAST)]
     return _attitude(state), rates, [b * scale / 256.0 for b in _part(state, _BIAS)], home
 
@@ -88,19 +86,19 @@ def begin_at(s, there, rate_hz):
     inc = INC_PER_DPS / rate_hz
     s[_BEGIN] = 1
     s[_MOVED] = 1
-    s[_AGE] = s[_YOUNG]  # a filter that has not told its bias at rest may not know all of it
-    if home:
-        s[_AGE] = s[_LEARN_AGE]
-        s[_LEARNED] = 1
-        s[_RESTED] = s[_RESTED_MAX]
-        s[_KNOWN] = s[_KNOWN_MAX]
+    s[_AGE] = s[_OLD] if home else s[_YOUNG]
+    s[_EVENT] = 8
+    # a filter that has not told its bias at rest may not know all of it
+    known = 0.01 if home else 3.0  # deg/s
     for i in range(3):
         s[_LAST + i] = round(rates[i] * inc)
         s[_RATES + i] = round(rates[i] * 1000.0)
         s[_BIAS + i] = round(_bounded(bias[i]) * inc * 256.0)
-        rest = _bounded((home or bias)[i]) * inc
-        s[_HOME + i] = round(rest * s[_N])
-        s[_HOME_BIAS + i] = round(rest * 256.0)
+        s[_SIGMA + i] = int(known / _DEG * 1073741824.0)
+        if home:
+            s[_LEARNED] = 1
+            s[_BEFORE + i] = s[_NEXT + i] = round(_bounded(home[i]) * inc * 256.0)
+    spread(s)
     place(s, q, rate_hz)
 
 

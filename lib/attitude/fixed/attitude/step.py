@@ -13,7 +13,7 @@ range, rate (folding.check_rate) and calibration (folding):
                                so e - 2 p and v - 2 p are below 2^30.7
     correction of a sample     clamped to 0.05 rad of half angle
     lag_s * rate               1.2 rad Q15 (coefficients cuts lag_s)
-    a block's sum of inc       2^28.4 for N samples; it ends at four times as many
+    a block's sum of inc       2^30.4 for N samples; a longer block ends at 2^30, or at 4 N
 
 The tests run it under the checked viper with inputs made to break these.
 """
@@ -21,11 +21,9 @@ The tests run it under the checked viper with inputs made to break these.
 import micropython
 from micropython import const
 
-from attitude.fixed.attitude.bias_view import view
+from attitude.fixed.attitude.learn import work
 from attitude.fixed.attitude.slow import slow
 
-_ACCEL = const(0)
-_GYRO = const(12)
 _GYRO_SHIFT = const(24)
 _STEP = const(25)
 _RATE = const(26)
@@ -36,37 +34,41 @@ _LAG = const(30)
 _LAG_POST = const(31)
 _ONE = const(32)
 _N = const(33)
-_SEQ = const(55)
-_W = const(56)
-_X = const(57)
-_Y = const(58)
-_Z = const(59)
-_TRIM = const(60)
-_LAST = const(61)
-_BIAS = const(64)
-_FRACTION = const(67)
-_VX = const(70)
-_VY = const(71)
-_PX = const(72)
-_PY = const(73)
-_K = const(74)
-_K_SHIFT = const(75)
-_K_HALF = const(76)
-_LEFT = const(77)
-_COUNT = const(78)
-_OVER = const(79)
-_DUE = const(80)
-_SUM = const(82)
-_ROLL = const(88)
-_YAW = const(90)
-_RATES = const(91)
-_FORCE = const(94)
+_SEQ = const(75)
+_W = const(76)
+_X = const(77)
+_Y = const(78)
+_Z = const(79)
+_TRIM = const(163)
+_LAST = const(164)
+_BIAS = const(81)
+_FRACTION = const(167)
+_VX = const(170)
+_VY = const(171)
+_PX = const(172)
+_PY = const(173)
+_K = const(174)
+_K_SHIFT = const(175)
+_K_HALF = const(176)
+_LEFT = const(178)
+_COUNT = const(179)
+_OVER = const(180)
+_STUCK = const(181)
+_MOST_G = const(177)
+_USED = const(84)
+_WORK = const(219)
+_SUM = const(182)
+_ROLL = const(152)
+_YAW = const(154)
+_RATES = const(155)
+_FORCE = const(158)
 
 
 @micropython.viper
 def step(self, counts: ptr16):
     """One sample: counts as the sensor gives them, ax ay az temp gx gy gz (int16)."""
     s = ptr32(self._s)
+    far = ptr32(int(s) + 4 * _ROLL)  # places near its beginning cost half
     x = (int(counts[0]) ^ 0x8000) - 0x8000
     y = (int(counts[1]) ^ 0x8000) - 0x8000
     z = (int(counts[2]) ^ 0x8000) - 0x8000
@@ -76,51 +78,55 @@ def step(self, counts: ptr16):
     # within 16 counts of full scale (x ^ x >> 31 is |x|, or one less): saturated
     t = (x ^ x >> 31) + 16 | (y ^ y >> 31) + 16 | (z ^ z >> 31) + 16
     stuck = t >> 15
+    far[_STUCK - _ROLL] |= stuck
     x = (int(counts[4]) ^ 0x8000) - 0x8000
     y = (int(counts[5]) ^ 0x8000) - 0x8000
     z = (int(counts[6]) ^ 0x8000) - 0x8000
     t = (x ^ x >> 31) + 16 | (y ^ y >> 31) + 16 | (z ^ z >> 31) + 16
     if t >> 15:
-        s[_OVER] = 1
-    gx = (s[12] * x + s[13] * y + s[14] * z + s[21]) >> s[_GYRO_SHIFT]
-    gy = (s[15] * x + s[16] * y + s[17] * z + s[22]) >> s[_GYRO_SHIFT]
-    gz = (s[18] * x + s[19] * y + s[20] * z + s[23]) >> s[_GYRO_SHIFT]
-    s[_SUM] += gx
-    s[_SUM + 1] += gy
-    s[_SUM + 2] += gz
-    s[_SUM + 3] += ax
-    s[_SUM + 4] += ay
-    s[_SUM + 5] += az
+        far[_OVER - _ROLL] = 1
+    t = s[_USED] * x + s[_USED + 1] * y + s[_USED + 2] * z
+    gx = (t + s[_USED + 9]) >> s[_GYRO_SHIFT]
+    t = s[_USED + 3] * x + s[_USED + 4] * y + s[_USED + 5] * z
+    gy = (t + s[_USED + 10]) >> s[_GYRO_SHIFT]
+    t = s[_USED + 6] * x + s[_USED + 7] * y + s[_USED + 8] * z
+    gz = (t + s[_USED + 11]) >> s[_GYRO_SHIFT]
+    far[_SUM - _ROLL] += gx
+    far[_SUM - _ROLL + 1] += gy
+    far[_SUM - _ROLL + 2] += gz
+    far[_SUM - _ROLL + 3] += ax
+    far[_SUM - _ROLL + 4] += ay
+    far[_SUM - _ROLL + 5] += az
 
-    s[_FORCE] = ax
-    s[_FORCE + 1] = ay
-    s[_FORCE + 2] = az
+    far[_FORCE - _ROLL] = ax
+    far[_FORCE - _ROLL + 1] = ay
+    far[_FORCE - _ROLL + 2] = az
 
     # rates less bias; half angle of this sample by the trapezoid rule, Q30
-    t = s[_BIAS] + s[_FRACTION]
+    t = s[_BIAS] + far[_FRACTION - _ROLL]
     gx -= t >> 8
-    s[_FRACTION] = t & 255
-    t = s[_BIAS + 1] + s[_FRACTION + 1]
+    far[_FRACTION - _ROLL] = t & 255
+    t = s[_BIAS + 1] + far[_FRACTION - _ROLL + 1]
     gy -= t >> 8
-    s[_FRACTION + 1] = t & 255
-    t = s[_BIAS + 2] + s[_FRACTION + 2]
+    far[_FRACTION - _ROLL + 1] = t & 255
+    t = s[_BIAS + 2] + far[_FRACTION - _ROLL + 2]
     gz -= t >> 8
-    s[_FRACTION + 2] = t & 255
+    far[_FRACTION - _ROLL + 2] = t & 255
     m = s[_STEP]
-    t = gx + s[_LAST]
+    t = gx + far[_LAST - _ROLL]
     x = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
-    t = gy + s[_LAST + 1]
+    t = gy + far[_LAST - _ROLL + 1]
     y = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
-    t = gz + s[_LAST + 2]
+    t = gz + far[_LAST - _ROLL + 2]
     z = (t >> 15) * m + ((t & 0x7FFF) * m >> 15)
-    s[_LAST] = gx
-    s[_LAST + 1] = gy
-    s[_LAST + 2] = gz
+    far[_LAST - _ROLL] = gx
+    far[_LAST - _ROLL + 1] = gy
+    far[_LAST - _ROLL + 2] = gz
     m = s[_RATE]
     n = s[_RATE_SHIFT]
-    s[_RATES] = (gx >> 15) * m + ((gx & 0x7FFF) * m >> 15) >> n
-    s[_RATES + 1] = (gy >> 15) * m + ((gy & 0x7FFF) * m >> 15) >> n
-    s[_RATES + 2] = (gz >> 15) * m + ((gz & 0x7FFF) * m >> 15) >> n
+    far[_RATES - _ROLL] = (gx >> 15) * m + ((gx & 0x7FFF) * m >> 15) >> n
+    far[_RATES - _ROLL + 1] = (gy >> 15) * m + ((gy & 0x7FFF) * m >> 15) >> n
+    far[_RATES - _ROLL + 2] = (gz >> 15) * m + ((gz & 0x7FFF) * m >> 15) >> n
 
     # sin|x| / |x| = 1 - f, f Q20; 1 - cos|x| and the trim of |q| are g, Q18
     xh = (x + 16384) >> 15
@@ -130,7 +136,7 @@ def step(self, counts: ptr16):
     g = t >> 15
     g = g * g >> 12
     f = ((t >> 10) * 10923 >> 16) - (g * 546 >> 16)
-    g = (t >> 13) - (g * 683 >> 16) + s[_TRIM]
+    g = (t >> 13) - (g * 683 >> 16) + far[_TRIM - _ROLL]
     x -= xh * f >> 5
     y -= yh * f >> 5
     z -= zh * f >> 5
@@ -180,11 +186,11 @@ def step(self, counts: ptr16):
     r12 = (jh * kh - wh * ih + 8192) >> 14
 
     # level part of the acceleration, twice integrated with a leak, all in g * 2^24
-    m = s[_K] * s[_STEP] >> 15
-    n = s[_K_SHIFT]
-    half = s[_K_HALF]
-    px = s[_PX]
-    py = s[_PY]
+    m = far[_K - _ROLL] * s[_STEP] >> 15
+    n = far[_K_SHIFT - _ROLL]
+    half = far[_K_HALF - _ROLL]
+    px = far[_PX - _ROLL]
+    py = far[_PY - _ROLL]
     if stuck:
         x = 0
         y = 0
@@ -193,39 +199,45 @@ def step(self, counts: ptr16):
     else:
         x = ((r00 * ax >> 2) + (r01 * ay >> 2) + (r02 * az >> 2)) >> s[_E_SHIFT]
         y = ((r10 * ax >> 2) + (r11 * ay >> 2) + (r12 * az >> 2)) >> s[_E_SHIFT]
-        i = s[_VX]
-        j = s[_VY]
+        i = far[_VX - _ROLL]
+        j = far[_VY - _ROLL]
     t = x - (px << 1)
     i += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
     t = y - (py << 1)
     j += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
-    if (i ^ i >> 31) > 1073000000:
-        i = 1073000000 if i > 0 else -1073000000
-    if (j ^ j >> 31) > 1073000000:
-        j = 1073000000 if j > 0 else -1073000000
-    s[_VX] = i
-    s[_VY] = j
+    if i >> 30 ^ i >> 31:
+        i = i >> 31 ^ 1073741823
+    if j >> 30 ^ j >> 31:
+        j = j >> 31 ^ 1073741823
+    far[_VX - _ROLL] = i
+    far[_VY - _ROLL] = j
     t = i - (px << 1)
     px += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
     t = j - (py << 1)
     py += ((t >> 15) * m + ((t & 0x7FFF) * m >> 15) + half) >> n
     if (px ^ px >> 31) > 260000000:
-        px = 260000000 if px > 0 else -260000000
+        px = px >> 31 ^ 260000000
     if (py ^ py >> 31) > 260000000:
-        py = 260000000 if py > 0 else -260000000
-    s[_PX] = px
-    s[_PY] = py
+        py = py >> 31 ^ 260000000
+    far[_PX - _ROLL] = px
+    far[_PY - _ROLL] = py
 
-    # turn q in the earth frame by the half angles x = k py / 2, y = -k px / 2, Q30
+    # turn q in the earth frame by the half angles x = k py / 2, y = -k px / 2, Q30, no faster than
+    # the gyro may err
+    t = far[_MOST_G - _ROLL]
+    if (px ^ px >> 31) > t:
+        px = t ^ px >> 31
+    if (py ^ py >> 31) > t:
+        py = t ^ py >> 31
     n -= 2
     t = py << 3
     x = ((t >> 15) * m + ((t & 0x7FFF) * m >> 15)) >> n
     t = 0 - (px << 3)
     y = ((t >> 15) * m + ((t & 0x7FFF) * m >> 15)) >> n
     if (x ^ x >> 31) > 53687091:
-        x = 53687091 if x > 0 else -53687091
+        x = x >> 31 ^ 53687091
     if (y ^ y >> 31) > 53687091:
-        y = 53687091 if y > 0 else -53687091
+        y = y >> 31 ^ 53687091
     xh = x >> 15
     yh = y >> 15
     i = x & 0x7FFF
@@ -236,15 +248,20 @@ def step(self, counts: ptr16):
     s[_Z] = qz + xh * jh - yh * ih + ((i * jh - j * ih + 16384) >> 15)
 
     s[_SEQ] = (s[_SEQ] + 1) & 0x3FFFFFFF
-    k = s[_COUNT] + 1
-    s[_COUNT] = k
-    if s[_DUE]:  # one sample later, so that the work is spread
-        s[_DUE] = 0
-        view(self._s)
-    t = s[_LEFT] - s[_STEP]
-    s[_LEFT] = t
-    if t <= 0 or k > s[_N] << 2:
+    k = far[_COUNT - _ROLL] + 1
+    far[_COUNT - _ROLL] = k
+    t = far[_LEFT - _ROLL] - s[_STEP]
+    far[_LEFT - _ROLL] = t
+    if t > 0 and k > s[_N]:  # a loop faster than the filter: not until a sum is full
+        x = far[_SUM - _ROLL]
+        y = far[_SUM - _ROLL + 1]
+        z = far[_SUM - _ROLL + 2]
+        if ((x ^ x >> 31) | (y ^ y >> 31) | (z ^ z >> 31)) >> 30 or k > s[_N] << 2:
+            t = 0
+    if t <= 0:
         slow(self._s)
+    elif far[_WORK - _ROLL]:  # the other samples of a block share its work
+        work(self._s)
 
     # rotation matrix, Q15, its last row in (i, j, k), and how far |q| is off
     wh = (s[_W] + 16384) >> 15
@@ -255,7 +272,7 @@ def step(self, counts: ptr16):
     i = ih * ih
     j = jh * jh
     k = kh * kh
-    s[_TRIM] = (w + i + j + k - s[_ONE]) >> 13
+    far[_TRIM - _ROLL] = (w + i + j + k - s[_ONE]) >> 13
     t = w - k + 16384
     r00 = (t + i - j) >> 15
     r11 = (t - i + j) >> 15
@@ -297,8 +314,8 @@ def step(self, counts: ptr16):
     x = k
     n = _ROLL
     while True:
-        a = y if y >= 0 else 0 - y
-        b = x if x >= 0 else 0 - x
+        a = (y ^ y >> 31) - (y >> 31)
+        b = (x ^ x >> 31) - (x >> 31)
         steep = a > b
         if steep:
             t = b

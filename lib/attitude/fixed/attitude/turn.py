@@ -16,15 +16,18 @@ _LAG_PRE = const(29)
 _LAG = const(30)
 _LAG_POST = const(31)
 _ONE = const(32)
-_W = const(56)
-_X = const(57)
-_Y = const(58)
-_Z = const(59)
-_TRIM = const(60)
-_LAST = const(61)
-_BIAS = const(64)
-_ROLL = const(88)
-_YAW = const(90)
+_W = const(76)
+_X = const(77)
+_Y = const(78)
+_Z = const(79)
+_TRIM = const(163)
+_LAST = const(164)
+_BIAS = const(81)
+_ROLL = const(152)
+_USED = const(84)
+_YAW = const(154)
+_EVENT = const(218)
+_SEEN_US = const(20000)  # over which a straight line is as good as samples
 _STEPS = const(128)  # at most: a second at 2000 deg/s, 16 degrees each
 
 
@@ -56,23 +59,23 @@ def turn(self, before: ptr16, after: ptr16, dt_us: int):
     most = 0
     row = 0
     while row < 3:
-        at = 12 + 3 * row
+        at = _USED + 3 * row
         bias = s[_BIAS + row] >> 8
         x = (int(before[4]) ^ 0x8000) - 0x8000
         y = (int(before[5]) ^ 0x8000) - 0x8000
         z = (int(before[6]) ^ 0x8000) - 0x8000
-        first = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[21 + row]
+        first = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[_USED + 9 + row]
         first = (first >> s[_GYRO_SHIFT]) - bias
         x = (int(after[4]) ^ 0x8000) - 0x8000
         y = (int(after[5]) ^ 0x8000) - 0x8000
         z = (int(after[6]) ^ 0x8000) - 0x8000
-        last = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[21 + row]
+        last = s[at] * x + s[at + 1] * y + s[at + 2] * z + s[_USED + 9 + row]
         last = (last >> s[_GYRO_SHIFT]) - bias
         kept[4 + row] = first
         kept[7 + row] = last - first
         s[_LAST + row] = last
-        first = first if first >= 0 else 0 - first
-        last = last if last >= 0 else 0 - last
+        first ^= first >> 31
+        last ^= last >> 31
         if first > most:
             most = first
         if last > most:
@@ -81,25 +84,23 @@ def turn(self, before: ptr16, after: ptr16, dt_us: int):
     # steps of at most 1/8 rad of half angle; r: periods in a step, Q10
     t = (dt_us << 8) // period16
     n = 1 + ((most >> 14) * t >> 16)
+    s[_EVENT] |= 40 if dt_us > _SEEN_US else 32  # what nobody has seen teaches nothing
     if n > _STEPS:
         n = _STEPS
     r = ((dt_us << 4) // n << 6) // (period16 >> 4)
     k = 0
     while k < n:
         f = (2 * k + 1 << 13) // n  # where the step's middle is, Q14
-        x = kept[7]
-        y = kept[8]
-        z = kept[9]
-        x = kept[4] + (x >> 14) * f + ((x & 0x3FFF) * f >> 14)
-        y = kept[5] + (y >> 14) * f + ((y & 0x3FFF) * f >> 14)
-        z = kept[6] + (z >> 14) * f + ((z & 0x3FFF) * f >> 14)
-        x = ((x >> 10) * r << 1) + ((x & 0x3FF) * r >> 9)
-        y = ((y >> 10) * r << 1) + ((y & 0x3FF) * r >> 9)
-        z = ((z >> 10) * r << 1) + ((z & 0x3FF) * r >> 9)
+        row = 4
+        while row < 7:
+            x = kept[3 + row]
+            x = kept[row] + (x >> 14) * f + ((x & 0x3FFF) * f >> 14)
+            kept[6 + row] = ((x >> 10) * r << 1) + ((x & 0x3FF) * r >> 9) + 16384 >> 15
+            row += 1
         # Q15 from here: sin|v| / |v| and cos|v| of the half angle v, to the fifth order
-        x = x + 16384 >> 15
-        y = y + 16384 >> 15
-        z = z + 16384 >> 15
+        x = kept[10]
+        y = kept[11]
+        z = kept[12]
         t = x * x + y * y + z * z >> 15
         u = t * t >> 15
         f = 32768 - t // 6 + u // 120

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""How far the truth may be from what is claimed: one sigma of tilt and yaw, in degrees.
+
+What is known of the gyro gives one part, what the level loop has seen of accelerations the other.
+The error of the accelerometer itself (50 mg are 3 degrees) is not in it: a calibration finds that.
+The factors were found on recordings and simulated motion, so that 95 % bounds (2.45 sigma of a
+tilt, which has two axes, 1.96 of yaw) hold the truth for 90 to 99 % of the time.
+"""
+
+from math import degrees, radians, sqrt
+
+_SHAKEN_S = 5.0
+_SHAKEN = 0.6  # tilt by the position's root mean square
+_LEAST_DEG = 0.1
+_YAW = 0.5  # the learning is cautious, since its noise lasts: see _CORRELATED there
+_YAW_NOISE = radians(0.005)  # per root second
+_CLAIMED_DEG, _DOUBTED_DEG = 1.0, 3.0
+
+
+class Bounds:
+    """Keeps what the views and the covariance do not tell; `.uncertain` is True while the tilt is
+    not known well enough to be claimed."""
+
+    def __init__(self):
+        self.clear()
+
+    def clear(self):
+        """Nothing is known."""
+        self._square = 0.0  # of the position, g^2
+        self._explained = [0.0, 0.0]  # variance of it by the gyro, g^2
+        self._yaw = 0.0  # variance that no view shows any more, rad^2
+        self.uncertain = True
+
+    def forget_yaw(self):
+        """Yaw counts from here."""
+        self._yaw = 0.0
+
+    def explained(self, axis, variance):
+        """What the gyro's errors explain of a position's variance (g^2) at this look."""
+        self._explained[axis] = variance
+
+    def update(self, loop, span_s, at_rest, young):
+        """Once a block; young: the start is not over."""
+        square = loop.px * loop.px + loop.py * loop.py
+        self._square += min(1.0, span_s / _SHAKEN_S) * (square - self._square)
+        self._yaw += _YAW_NOISE * _YAW_NOISE * span_s
+        if at_rest:
+            self._explained = [0.0, 0.0]
+        x, y = self._explained
+        # a lasting error of the attitude shows as a position half of it
+        sigma = tilt_deg(4.0 * (x + y), self._square)
+        if young or sigma > _DOUBTED_DEG:
+            self.uncertain = True
+        elif sigma < _CLAIMED_DEG:
+            self.uncertain = False
+
+    def bias_forgotten(self, view, learning, keep):
+        """The view's yaw keeps only this part of what old biases did; the rest stays in doubt."""
+        for n in (0, 1, 2):
+            self._yaw += 2.0 * (1.0 - keep) * (view.yaw[n] * learning.sigma[n]) ** 2
+
+    def tilt_sigma_deg(self, view, learning):
+        """One sigma of a level axis."""
+        variance = sum([learning.variance(view.of(0, axis)) for axis in (0, 1)])
+        return tilt_deg(variance, self._square)
+
+    def yaw_sigma_deg(self, view, learning):
+        """One sigma of the yaw since the start."""
+        return yaw_deg(self._yaw + learning.variance(view.yaw))
+
+    def state(self):
+        """All that changes, for set_state()."""
+        return self._square, tuple(self._explained), self._yaw, self.uncertain
+
+    def set_state(self, state):
+        """Go on from a state()."""
+        self._square, explained, self._yaw, self.uncertain = state
+        self._explained = list(explained)
+
+
+def tilt_deg(variance, square):
+    """One sigma of a level axis by the variance of both, rad^2, and the position's, g^2."""
+    sigma = degrees(sqrt((variance + _SHAKEN * _SHAKEN * square) / 2.0))
+    return sqrt(sigma * sigma + _LEAST_DEG * _LEAST_DEG)
+
+
+def yaw_deg(variance):
+    """One sigma of the yaw by its variance, rad^2."""
+    return degrees(_YAW * sqrt(variance))
