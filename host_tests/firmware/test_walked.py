@@ -489,6 +489,7 @@ def test_a_wire_is_one_apps_alone(tmp_path):
     "lost",
     [
         [],
+        [("application", {"name": "quad"})],
         [("set", {"knob": "burst", "value": "blocking"})],
         [("fault", {"kind": "nack", "ms": 30}), ("wait", {"ms": 10})],
         [("other_device", {"ms": 25})],
@@ -502,3 +503,24 @@ def test_zero_yaw_while_there_is_no_sample(board, lost, then, tmp_path):
     after = {"read": ("read", {}), "pause": ("pause", {"ms": 5, "masked": False}),
              "busy": ("other_device", {"ms": 25})}  # fmt: skip
     replay(board, [*steps, *lost, ("verb", {"name": "zero_yaw"}), after[then]], tmp_path)
+
+
+@boards
+@pytest.mark.parametrize("learned", [True, False])
+@pytest.mark.parametrize("tau_s", [[20.0], [0.1, 60.0], [5.0, 20.0, 1.8]])
+def test_a_time_constant_changes_no_angle(board, tau_s, learned, tmp_path):
+    """In motion with an acceleration, after a rest that told the gyro's bias and without one."""
+    walk = Steps(board, tmp_path)
+    try:
+        for step, parameters in REST:
+            walk.do(step, **parameters)
+        walk.do("wait", ms=4000 if learned else 10)
+        walk.do("move", kind="free", amplitude_deg=10)
+        walk.do("wait", ms=2500)
+        for value in tau_s:
+            before = walk.world.checks.tilt_error(walk.world.app.sample())
+            walk.do("set", knob="attitude_tau_s", value=value)
+            walk.do("wait", ms=12)
+            assert walk.world.checks.tilt_error(walk.world.app.sample()) < before + 0.3
+    finally:
+        walk.world.port.__exit__(None, None, None)
