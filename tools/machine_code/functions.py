@@ -148,6 +148,7 @@ def static_names(version):
     """
     if version not in _static:
         words = {w for path in sources() for w in re.findall(r"\b[A-Za-z_]\w*", _text(path))}
+        words |= {"__enter__", "__exit__"}  # of a `with`, which names them without a word
         words = sorted(words - set(keyword.kwlist))
         names = Mpy(compilers.compile_file(version, "armv6m", "\n".join(words), "?")).names[2:]
         if len(names) != len(words):

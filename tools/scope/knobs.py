@@ -5,7 +5,11 @@ from functools import partial
 
 from nicegui import run, ui
 
-from firmware import filters
+from tools.virtual.port import install_micropython
+
+install_micropython()  # before anything of the firmware
+
+from firmware import filters  # noqa: E402
 
 
 async def told(what, *arguments):
