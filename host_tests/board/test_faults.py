@@ -30,16 +30,16 @@ FAULTS = [
 
 @pytest.fixture(scope="module")
 def board(micropython):
-    """The app at 250 Hz, its sensor rolling to and fro by up to 100 deg/s after 2.6 s of rest."""
+    """The app at 250 Hz, its sensor rolling to and fro by up to 100 deg/s after 2.9 s of rest."""
     swing = Sinusoid(40.0, 0.398, "roll", offset_deg=40.0, phase_deg=-90.0)
-    motion = Sequence((Still(), 2.6), (swing, 1e9))
+    motion = Sequence((Still(), 2.9), (swing, 1e9))
     bus = Bus(MPU6050Chip(motion, seed=1))
     with VirtualPico(bus=bus, root=True, main=False, micropython=micropython) as pico:
         pico.exec(
             "from firmware.app import App\napp = App()\napp.config.set('rest_s', 0.1)\napp.start()"
         )
-        assert pico.nanos < 2.6e9  # at rest until here
-        pico.run_ms(max(0.0, 3000 - pico.nanos / 1e6))
+        assert pico.nanos < 2.9e9  # at rest until here
+        pico.run_ms(max(0.0, 3300 - pico.nanos / 1e6))
         yield pico
 
 

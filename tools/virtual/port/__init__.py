@@ -3,6 +3,7 @@
 a port.
 """
 
+import gc
 import sys
 
 from tools.virtual.viper import ViperTypeError, install_types, unchecked
@@ -18,6 +19,8 @@ def install_micropython(checked=True):
     nothing looks at what it does.
     """
     install_types()
+    if not hasattr(gc, "threshold"):  # of no effect here; a Port has one of its own
+        setattr(gc, "threshold", lambda *amount: None if amount else -1)  # noqa: B010
     if "micropython" not in sys.modules:
         module = sys.modules["micropython"] = make_module()
         if not checked:
