@@ -151,7 +151,8 @@ class Stream:
         self._todo = []  # changes that wait until the header before them is sent
         self._number = self._next = self._chunks = 0
         self._ring = self._tap = None
-        self._words = array("i", [time.ticks_ms(), time.ticks_ms(), 0, 0, 0])
+        self._words = _words()
+        self._words[_UNTIL] = self._words[_TOLD] = time.ticks_ms()
         self._starts = 0
         self._row = {}
         self._offered = {}
@@ -406,6 +407,11 @@ def put(own, kind: int, a: int, b: int, c: int, text: ptr8, size: int):
             byte = int(text[at + i])
         record[4 * _RECORDS + 4 + i] = byte
         i += 1
+
+
+def _words():
+    """Of a Stream, all 0."""
+    return array("i", [0] * 5)
 
 
 def _ring(samples, length):

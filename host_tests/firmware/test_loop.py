@@ -295,3 +295,39 @@ def test_samples_are_an_asynchronous_iterator(platform):
         assert [item for item, _ in seen] == ["it"] * 5
         gaps = [time.ticks_diff(b, a) for (_, a), (_, b) in pairwise(seen)]
         assert all(abs(gap - 4000) < 50 for gap in gaps)
+
+
+@pytest.mark.parametrize("slow", [0, 1, 3])
+@pytest.mark.parametrize("period_us, lead_us", [(4000, 450), (2000, 450), (10000, 450)])
+def test_a_burst_begins_its_lead_before_the_tick_whatever_the_start_takes(
+    port, period_us, lead_us, slow
+):
+    """The heap is searched while a source is made, so many times: bursts would be too old."""
+    from firmware import loop as loops
+
+    now, made = [0], []
+
+    class Clock(Time):
+        @staticmethod
+        def sleep_us(us):
+            now[0] += us
+
+    def source(period, callback):
+        if len(made) % 2 and len(made) // 2 < slow:
+            now[0] += 2400
+        made.append((now[0], Source(period, callback)))
+        return made[-1][1]
+
+    kept, loops.time = loops.time, Clock(lambda: now[0])
+    try:
+        tick = ticking(lambda dt_us: None)
+        loop = loops.Loop(tick, source, 1000000 / period_us, lead_us=lead_us)
+        loop.start()
+        (leads_us, leads), (runs_us, runs) = [one for one in made if not one[1].ended]
+        apart_us = (runs_us - leads_us) % period_us
+        assert lead_us <= apart_us < lead_us + period_us // 4
+        assert (leads.period_us, runs.period_us) == (period_us, period_us)
+        loop.stop()
+        assert all(one.ended for _, one in made)
+    finally:
+        loops.time = kept
