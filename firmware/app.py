@@ -33,9 +33,9 @@ from firmware.watchdog import Feeding
 _ODD = const(0)
 _AGE_US = const(3)
 _STALE_US = const(5)
-_LATE_US = const(13)
 _ZERO_YAW = const(11)
 _DUE = const(12)
+_LATE_US = const(13)
 _UNCERTAIN = const(12)
 _YAW_DOUBT = const(28)
 
@@ -45,7 +45,7 @@ PACE = ("rate_hz", "drive", "burst")
 PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin_int")
 ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 _UNDO = const(20)
-_CHANGE_DPS2 = 1000  # of a rate that a hand changes
+_CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
 
 _HELP = """app.start(), app.stop()            run in the background; end

@@ -28,20 +28,20 @@ SURE = const(2)  # stored and not contradicted, or measured at two rests
 # still: calibration.rest.Rest of the start, or None
 Begin = namedtuple("Begin", ("calibration", "known", "still", "warnings"))
 
-_SPREAD = 6.0  # from the least to the largest of some hundred samples, in standard deviations
-_TRIES = 2.0  # of rest_s: so long a start waits for rest
+_SPREAD = const(6.0)  # from the least to the largest of some hundred samples, in deviations
+_TRIES = const(2.0)  # of rest_s: so long a start waits for rest
 # a bias is no further from the stored one, from that of the last rest, and for each degC
 _STORED_DPS, _BOUND_DPS, _BOUND_DPS_PER_C = 0.4, 0.15, 0.05
 _LOOKS = const(15)  # at 5 a second: three seconds of rest
 _ON_END = const(4)  # of which so many on end make a mean to be learned
-_TILTED_G = 0.008  # from the first to the last of them
+_TILTED_G = const(0.008)  # from the first to the last of them
 _RESTS = const(20)  # a minute of it is no turn
 _LONG = const(40)  # nor are two, of a rate that is not the bias as known
-_TURN_DPS = 1.97  # a start's rest that was a turn: that much faster
-_DRIFT_DPS = 2.0  # and further no bias moves by itself
+_TURN_DPS = const(1.97)  # a start's rest that was a turn: that much faster
+_DRIFT_DPS = const(2.0)  # and further no bias moves by itself
 _UNSURE_US = const(16)  # a place of firmware.tick.words
 _LONG_US = const(60000000)
-_SLOPE_MAX = 0.7  # deg/s per degC: twice the datasheet's (PS p. 12)
+_SLOPE_MAX = const(0.7)  # deg/s per degC: twice the datasheet's (PS p. 12)
 
 
 def begin(imu, config):

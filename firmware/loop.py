@@ -10,7 +10,7 @@ import time
 
 from micropython import const
 
-_FAR_US = 1 << 29  # half of the ticks' wrap
+_FAR_US = const(1 << 29)  # half of the ticks' wrap
 _DUE = const(12)  # a place of firmware.tick.words
 _TRIES = const(5)
 _TICKS = const(5)  # of firmware.tick.timing
@@ -66,8 +66,13 @@ class Loop:
         leads, runs = self._call(0, self._tick.begin), self._call(1, self._tick.run)
         for _ in range(_TRIES):
             self._deinit()
-            apart_us = self._leads_and_runs(leads, runs)
-            if apart_us - self._lead_us < self.period_us >> 2:
+            if 0 < self._lead_us < self.period_us:
+                self._sources.append(self._source(self.period_us, leads))
+            began = time.ticks_us()
+            if self._sources:
+                time.sleep_us(self._lead_us)
+            self._sources.append(self._source(self.period_us, runs))
+            if time.ticks_diff(time.ticks_us(), began) - self._lead_us < self.period_us >> 2:
                 break  # else the heap was searched in between, and each burst would be too old
         self._timing.start(self.period_us, self._grid, time.ticks_us())
         if self._lead_us == self.period_us:
@@ -84,16 +89,6 @@ class Loop:
         """End ticking; a call still queued does nothing."""
         self._timing.stop()
         self._deinit()
-
-    def _leads_and_runs(self, leads, runs):
-        """The two sources, and how far they are apart, us."""
-        began = time.ticks_us()
-        if 0 < self._lead_us < self.period_us:
-            self._sources.append(self._source(self.period_us, leads))
-            began = time.ticks_us()
-            time.sleep_us(self._lead_us)
-        self._sources.append(self._source(self.period_us, runs))
-        return time.ticks_diff(time.ticks_us(), began)
 
     def _deinit(self):
         while self._sources:

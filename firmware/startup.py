@@ -15,7 +15,7 @@ from mpu6050 import MPU6050, ranges
 
 from firmware import filters
 
-_OFF = 0.005  # of the rate: the filter follows the true one, the knob still says what it is
+_OFF = const(0.005)  # of the rate: the filter follows the true one, the knob still says what it is
 _PATIENCE_MS = const(1000)  # a supply may take 100 ms to rise (PS p. 15), a plug to be pushed in
 _EACH_MS = const(100)  # of which one attempt asks for its name
 _FIRST = const(30)

@@ -31,7 +31,7 @@ _WORDS = const(23)
 # accelerometer: half of full scale, since vibration is not a fault.
 _GYRO_LEAP = const(4096)
 _GYRO_LEAP_MAX = const(15000)
-_PUSH_DPS2 = 12000  # of a robot of some kilograms
+_PUSH_DPS2 = const(12000)  # of a robot of some kilograms
 _ACCEL_LEAP = const(16384)
 _FILL_LEAP = const(64)  # of the gyro to words that are all the same
 _NEAR = const(26000)  # of 32768: a leap to there is the edge of a saturation

@@ -7,8 +7,8 @@ from micropython import const
 
 from calibration.rest import Rest
 
-_ACCEL_LIMIT_G = 0.05  # of one sample from the first
-_DRIFT_LIMIT_G = 0.012  # of the mean from the first half to the second: a slow tilt
+_ACCEL_LIMIT_G = const(0.05)  # of one sample from the first
+_DRIFT_LIMIT_G = const(0.012)  # of the mean from the first half to the second: a slow tilt
 _TEMP = const(3)
 
 
