@@ -547,7 +547,7 @@ class App:
     @property
     def age_us(self):
         """Age of the last good sample in microseconds, also when the ticks stay away."""
-        return self.tick.words[_AGE_US] + (self.loop.since_us() if self.loop else 0)
+        return self.loop.age_us() if self.loop else 0
 
     @property
     def stale(self):

@@ -11,7 +11,8 @@ import time
 from micropython import const
 
 _FAR_US = const(1 << 29)  # half of the ticks' wrap
-_DUE = const(12)  # a place of firmware.tick.words
+_AGE_US = const(3)  # places of firmware.tick.words
+_DUE = const(12)
 _TRIES = const(5)
 _TICKS = const(5)  # of firmware.tick.timing
 
@@ -58,7 +59,8 @@ class Loop:
         return self._timing.running
 
     def start(self):
-        """Begin to tick, in the background; statistics begin anew."""
+        """Begin to tick, in the background; statistics begin anew, and the first tick brings the
+        time since the last one there was."""
         self.stop()
         self.edges_missing = 0
         self.dead = False
@@ -120,8 +122,18 @@ class Loop:
 
     def since_us(self):
         """Microseconds since the last tick; beyond 9 minutes a large number."""
-        passed = time.ticks_diff(time.ticks_us(), self._timing.last_us())
+        last = self._timing.last_us()  # first: a tick may come in before the clock is read
+        passed = time.ticks_diff(time.ticks_us(), last)
         return passed if passed >= 0 else _FAR_US
+
+    def age_us(self):
+        """Microseconds since the last good sample, those without a tick included."""
+        timing, words = self._timing, self._tick.words
+        while True:
+            last = timing.last_us()
+            age_us = words[_AGE_US] + self.since_us()
+            if last == timing.last_us():  # else a tick came in between
+                return age_us
 
     def recent_period_us(self):
         """Mean period since the last call, lost ticks included, rounded; 0 when unknown."""
