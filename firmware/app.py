@@ -34,9 +34,9 @@ from firmware.watchdog import Feeding
 _ODD = const(0)
 _AGE_US = const(3)
 _STALE_US = const(5)
-_LATE_US = const(13)
 _ZERO_YAW = const(11)
 _DUE = const(12)
+_LATE_US = const(13)
 _UNCERTAIN = const(12)
 _YAW_DOUBT = const(28)
 
@@ -49,7 +49,7 @@ ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 _FILES = ("firmware.calibration", "firmware.store", "calibration.fields")
 _START = ("firmware.beginning", "calibration.rest") + _FILES
 _UNDO = const(20)
-_CHANGE_DPS2 = 1000  # of a rate that a hand changes
+_CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
 
 
@@ -569,7 +569,7 @@ class App:
     @property
     def age_us(self):
         """Age of the last good sample in microseconds, also when the ticks stay away."""
-        return self.tick.words[_AGE_US] + (self.loop.since_us() if self.loop else 0)
+        return self.loop.age_us() if self.loop else 0
 
     @property
     def stale(self):

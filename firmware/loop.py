@@ -11,7 +11,8 @@ import time
 from micropython import const
 
 _FAR_US = const(1 << 29)  # half of the ticks' wrap
-_DUE = const(12)  # a place of firmware.tick.words
+_AGE_US = const(3)  # places of firmware.tick.words
+_DUE = const(12)
 _TRIES = const(5)
 _TICKS = const(5)  # of firmware.tick.timing
 
@@ -58,7 +59,8 @@ class Loop:
         return self._timing.running
 
     def start(self):
-        """Begin to tick, in the background; statistics begin anew."""
+        """Begin to tick, in the background; statistics begin anew, and the first tick brings the
+        time since the last one there was."""
         self.stop()
         self.edges_missing = 0
         self.dead = False
@@ -66,8 +68,13 @@ class Loop:
         leads, runs = self._call(0, self._tick.begin), self._call(1, self._tick.run)
         for _ in range(_TRIES):
             self._deinit()
-            apart_us = self._leads_and_runs(leads, runs)
-            if apart_us - self._lead_us < self.period_us >> 2:
+            if 0 < self._lead_us < self.period_us:
+                self._sources.append(self._source(self.period_us, leads))
+            began = time.ticks_us()
+            if self._sources:
+                time.sleep_us(self._lead_us)
+            self._sources.append(self._source(self.period_us, runs))
+            if time.ticks_diff(time.ticks_us(), began) - self._lead_us < self.period_us >> 2:
                 break  # else the heap was searched in between, and each burst would be too old
         self._timing.start(self.period_us, self._grid, time.ticks_us())
         if self._lead_us == self.period_us:
@@ -85,16 +92,6 @@ class Loop:
         """End ticking; a call still queued does nothing."""
         self._timing.stop()
         self._deinit()
-
-    def _leads_and_runs(self, leads, runs):
-        """The two sources, and how far they are apart, us."""
-        began = time.ticks_us()
-        if 0 < self._lead_us < self.period_us:
-            self._sources.append(self._source(self.period_us, leads))
-            began = time.ticks_us()
-            time.sleep_us(self._lead_us)
-        self._sources.append(self._source(self.period_us, runs))
-        return time.ticks_diff(time.ticks_us(), began)
 
     def _deinit(self):
         while self._sources:
@@ -121,8 +118,18 @@ class Loop:
 
     def since_us(self):
         """Microseconds since the last tick; beyond 9 minutes a large number."""
-        passed = time.ticks_diff(time.ticks_us(), self._timing.last_us())
+        last = self._timing.last_us()  # first: a tick may come in before the clock is read
+        passed = time.ticks_diff(time.ticks_us(), last)
         return passed if passed >= 0 else _FAR_US
+
+    def age_us(self):
+        """Microseconds since the last good sample, those without a tick included."""
+        timing, words = self._timing, self._tick.words
+        while True:
+            last = timing.last_us()
+            age_us = words[_AGE_US] + self.since_us()
+            if last == timing.last_us():  # else a tick came in between
+                return age_us
 
     def recent_period_us(self):
         """Mean period since the last call, lost ticks included, rounded; 0 when unknown."""

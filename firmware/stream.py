@@ -105,7 +105,7 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
             x ^= crc
             x ^= x >> 4 ^ x >> 8 ^ x >> 11 ^ x >> 12
             crc = (x ^ x << 5 ^ x << 12) & 0xFFFF
-        i += 1
+        i += 1  # and the CRC, out here: an exit inside the loop costs a twentieth of it
         out[i + 0] = crc ^ 0xFFFF
         if crc & 255 == 0:
             line[mark + 0] = 255 + mark - (i << 1)
@@ -338,15 +338,18 @@ class Stream:
                     own[_WRITTEN] += 1
                 if ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFE:  # there is more: not a batch later
                     ring[_WAIT] = 0
-            except Exception as error:  # of the console, or of an app that is being set up anew
-                stream.error = error
-                stream.stop()
-            except KeyboardInterrupt:
-                return ctrl_c.press()
+            except BaseException as error:
+                return stream._raised(error)
 
         return run
 
-    @micropython.native
+    def _raised(self, error):
+        """By the console, or by an app that is being set up anew; or it was a Ctrl-C."""
+        if isinstance(error, KeyboardInterrupt):
+            return ctrl_c.press()
+        self.error = error
+        self.stop()
+
     def _other(self, now):
         """A frame of the header, or of the counts."""
         own = self._own
@@ -369,16 +372,13 @@ class Stream:
         own[_TAIL] = 0
         fill(0, 0, 0, own, self._pair)
 
-    @micropython.native
     def _counts(self, own):
-        ring = self._ring
-        seq = ring[_SEQ]
-        timing, words = self._app.tick.timing.words, self._app.tick.words
+        ring, seq, tick = self._ring, self._ring[_SEQ], self._app.tick
         put(own, COUNTS, ring[_MODE], seq & 0xFF, seq >> 8, b"", 0)
         own[_RECORDS + 1] = ring[_LOST]
         own[_RECORDS + 2] = self._words[_WAITS]
-        own[_RECORDS + 3] = timing[_TICKS_LOST]
-        own[_RECORDS + 4] = words[_CAUSE]
+        own[_RECORDS + 3] = tick.timing.words[_TICKS_LOST]
+        own[_RECORDS + 4] = tick.words[_CAUSE]
         own[_RECORDS + 5] = ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFF
         own[_RECORDS + 6] = ring[_AT]
 

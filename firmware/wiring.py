@@ -28,7 +28,6 @@ _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, ro
 _GUARD_US = const(50000)
 _FIRST = const(30)
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
-_WRAP = const(0x3FFFFFFF)
 _NO = (0.0, 0.0, 0.0)
 
 # places: firmware.tick.words
@@ -224,6 +223,8 @@ def begin(app, still):
     for place in range(len(tick.est)):
         tick.est[place] = 0
     first(imu)
+    now = time.ticks_us()
+    tick.timing.follow(now)
     if app.learning.known:
         accel_g = still.accel_g if still else imu.accel_g()
         begin_at(app.filter, app.calibration.apply(accel_g, _NO)[0])
@@ -235,7 +236,7 @@ def begin(app, still):
     for place in range(7):  # a pause ahead of the first tick is bridged from here
         tick.memory[place] = burst[place]
     judge.judge(burst, tick.memory)  # and what is a leap from here is one
-    estimate.publish(tick.est, app.filter.out, burst, time.ticks_us())
+    estimate.publish(tick.est, app.filter.out, burst, now)
     app.learning.begin()
     tick.est[_UNCERTAIN] = 1 if words[_UNSURE_US] else 0
 
@@ -268,8 +269,6 @@ def change(app, pace):
         settings.set_up(imu, config)
         if pace:
             app.loop.stop()
-            # the age counts up to here, with the ticks that found the bus taken
-            last = (time.ticks_us() - app.loop.since_us()) & _WRAP
             app.bus.forget()
             wire(app, app.filter)
         else:
@@ -277,18 +276,13 @@ def change(app, pace):
         settle(app)
         words[_ODD] = 1
     if pace and running:
-        words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
         app.loop.start()
 
 
 def revive(app):
     """The timer of the ticks has died: another one; what was missed is a gap like others."""
-    loop, words = app.loop, app.tick.words
-    loop.stop()
-    last = (time.ticks_us() - loop.since_us()) & _WRAP
-    words[_AGE_US] += time.ticks_diff(time.ticks_us(), last)
-    words[_ODD] = 1
-    loop.start()
+    app.tick.words[_ODD] = 1
+    app.loop.start()
 
 
 def prepare(app, **what):

@@ -30,7 +30,7 @@ _LINK_MS = const(500)
 _CRASHED_MDEG = const(80000)  # no return from here: stop what still turns
 _PWM_HZ = const(400)
 _STOP_NS = const(1000000)
-_TAU_S = 20.0  # in free flight the accelerometer says "level" whatever the attitude is
+_TAU_S = const(20.0)  # in free flight the accelerometer says "level" whatever the attitude is
 
 
 class Quad:

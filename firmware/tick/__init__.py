@@ -288,6 +288,10 @@ class Tick:
             use = tick.now
             if words[_DUE] <= 0:  # where each poll ends in a timeout soft ticks fill the queue:
                 tick._call_after()  # there is room before it, and none after
+            unused_us = words[_UNUSED_US]
+            if unused_us:  # that time passes whatever this tick brings
+                words[_UNUSED_US] = unused_us - dt_us if unused_us > dt_us else 0
+                words[_FORGET] = 1
             if words[_PAUSE]:
                 return tick._lost(_BUSY, dt_us, now)
             words[_ODD] = 0
@@ -311,7 +315,7 @@ class Tick:
             if cause != 1:
                 cause = _BUSY if turned_away and not cause else cause_of(cause)
                 return tick._lost(cause, dt_us, now)
-            if words[_UNUSED_US]:
+            if unused_us:
                 return tick._settle(counts, dt_us, now)
             if words[_FORGET]:
                 judge.forget(memory)
@@ -346,15 +350,10 @@ class Tick:
     def _settle(self, counts, dt_us, now):
         """The chip answers, but its low-pass or its start-up still shows what was."""
         words = self.words
-        left = words[_UNUSED_US] - dt_us
         if judge.saturated(counts):
             words[_COUNT + _SATURATED] += 1
-            if left < words[_RING_US]:
-                left = words[_RING_US]
-        if left <= 0:
-            left = 0
-            words[_FORGET] = 1
-        words[_UNUSED_US] = left
+            if words[_UNUSED_US] < words[_RING_US]:
+                words[_UNUSED_US] = words[_RING_US]
         return self._lost(_BUSY, dt_us, now)
 
     @micropython.native

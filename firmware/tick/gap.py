@@ -16,8 +16,8 @@ from micropython import const
 # places: firmware.tick.words
 _CAUSE = const(1)
 _AGE_US = const(3)
-_FROM_US = const(15)
 _RING_US = const(7)
+_FROM_US = const(15)
 _UNSURE_US = const(16)
 _YAW_LOST = const(17)
 _YAW_DOUBT = const(28)
@@ -28,8 +28,8 @@ _PREDICT_US = const(250000)  # longer than that the last rate says nothing
 _YAW_US = const(1000000)  # so long the mean of two rates is the best guess of the yaw
 _LEVEL_US = const(1500000)  # after a levelling: the accelerometer may have been pushed
 _TURNING_MDPS = const(3000)
-_OVER = const(4)  # a place among the rates
 _LOST_MDEG = const(15000)  # from here on the yaw is not claimed any more
+_OVER = const(4)  # a place of a Gap's rates: mdeg that a rate beyond its range may have hidden
 
 
 @micropython.viper
@@ -103,7 +103,7 @@ class Gap:
     def __init__(self, words):
         self._words = words
         self._held = array("h", [0] * 7)  # the last good burst before the gap
-        # and the filter's rates, mdeg/s; 1: at rest; 1: a rate was beyond its range since then
+        # and the filter's rates, mdeg/s; 1: at rest; not 0: a rate was beyond its range since then
         self._rates = array("i", [0] * 5)
 
     def rescale(self, memory, was_lsb, is_lsb, wider):
@@ -158,31 +158,26 @@ class Gap:
         missing_us = gap_us - self._words[_FROM_US] - period_us
         if missing_us > period_us >> 1 and gap_us <= _YAW_US:
             filter.turn(self._held, counts, missing_us)
-        unseen = filter.gyro_dps * (gap_us // 1000) if self._rates[_OVER] else 0
-        if gap_us > _PREDICT_US or unseen > _LOST_MDEG:
+        if self._rates[_OVER] and gap_us < _YAW_US:  # how much faster it turned, who knows
+            self._rates[_OVER] = filter.gyro_dps * (gap_us // 1000)
+        if gap_us > _PREDICT_US or self._rates[_OVER] > _LOST_MDEG:
             filter.relevel()
 
     @micropython.native
     def closed(self, filter, gap_us):
         """After the first update that followed a gap: say what is not known."""
         words = self._words
-        over = self._rates[_OVER]  # it turned faster than the range: how far, who knows
+        over = self._rates[_OVER]
         if words[_CAUSE] == _JUMP and words[_UNSURE_US] < words[_RING_US]:
             words[_UNSURE_US] = words[_RING_US]  # a leap may be the low-pass of a saturation
         words[_CAUSE] = 0
-        doubt = filter.gyro_dps * (gap_us // 1000) if over and gap_us < _YAW_US else 0
-        doubt += words[_YAW_DOUBT] + _doubt(filter.out, self._rates, gap_us)
+        doubt = over + words[_YAW_DOUBT] + _doubt(filter.out, self._rates, gap_us)
         if gap_us > _YAW_US and not self._rates[3]:  # it may have turned there and back
             doubt = 180000
         words[_YAW_DOUBT] = doubt if doubt < 180000 else 180000
         if doubt > _LOST_MDEG and filter.knows_yaw:
             words[_YAW_LOST] = 1
-        if gap_us > _PREDICT_US and (doubt or self._turns()):
+        if gap_us > _PREDICT_US and doubt:
             over = 1
         if over and words[_UNSURE_US] < _LEVEL_US:
             words[_UNSURE_US] = _LEVEL_US
-
-    @micropython.native
-    def _turns(self):
-        rates = self._rates  # a flag of 1 among them is no rate
-        return max(rates) > _TURNING_MDPS or min(rates) < -_TURNING_MDPS

@@ -143,15 +143,18 @@ class Timing:
         return self.words[_RUNNING] == 1
 
     def clear(self):
-        """Forget all; too slow to be done while a timer already runs."""
+        """Forget all but when the last tick was; too slow to be done while a timer runs."""
+        last = self.words[_LAST]
         for i in range(_WORDS):
             self.words[i] = 0
+        self.words[_LAST] = last
         for i in range(3 * _BINS):
             self.bins[i] = 0
 
     def start(self, period_us, grid, now):
         """Begin, cleared: period in microseconds, grid as in Loop, from `now` (ticks_us).
 
+        The first tick's time counts from the last one, that of a start before or of follow().
         Quick, so that no tick of a timer just made is missed.
         """
         words = self.words
@@ -159,13 +162,16 @@ class Timing:
         words[_PERIOD] = period_us
         words[_TOOK] = -1
         words[_DT_MIN] = words[_EARLIEST] = _FAR
-        words[_LAST] = now
         words[_DEADLINE] = (now + period_us) & (2 * _FAR - 1)
         words[_RUNNING] = 1
 
     def stop(self):
         """From now on account() skips every call."""
         self.words[_RUNNING] = 0
+
+    def follow(self, now):
+        """There was a sample at `now` (ticks_us) before the first tick."""
+        self.words[_LAST] = now
 
     def last_us(self):
         """Instant of the last accepted tick, of ticks_us."""

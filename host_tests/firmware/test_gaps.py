@@ -166,3 +166,22 @@ def test_yaw_over_outages_is_kept_or_said_to_be_lost(kind, for_s, turning, tmp_p
         rig.app.zero_yaw()
         rig.port.run_ms(2000)
         assert rig.claimed and rig.app.yaw_doubt_deg == 0
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("held_ms", [0, 12, 40])
+def test_settling_passes_also_in_ticks_that_bring_no_burst(board, held_ms, tmp_path):
+    """The chip settles whether anybody reads it or not; meanwhile the bus is somebody else's."""
+    unused, odd = 6, 0  # places of firmware.tick.words
+    with Rig(board, Still(), tmp_path, rest_s=0.1) as rig:
+        rig.app.start()
+        rig.port.run_ms(400)
+        rig.app.tick.words[unused], rig.app.tick.words[odd] = 50000, 1
+        passed_ms = held_ms
+        with rig.app.bus:
+            rig.port.run_ms(held_ms)
+        while not rig.app.fresh or not passed_ms:
+            rig.port.run_ms(1)
+            passed_ms += 1
+            assert passed_ms < 70
+        assert passed_ms >= 50

@@ -331,3 +331,55 @@ def test_a_burst_begins_its_lead_before_the_tick_whatever_the_start_takes(
         assert all(one.ended for _, one in made)
     finally:
         loops.time = kept
+
+
+@pytest.mark.parametrize("takes_us", [0, 900, 40000])
+@pytest.mark.parametrize("pause_us", [0, 700, 2100, 90000])
+@pytest.mark.parametrize("lead_us", [0, 450])
+def test_what_a_start_takes_is_in_the_first_ticks_time(port, takes_us, pause_us, lead_us):
+    """The first start after a sample, and each one after a stop: nothing of the time is lost."""
+    seen, now = [], [5000]
+    loop, sources = make_loop(seen.append, lambda: now[0], rate_hz=500, lead_us=lead_us)
+    make = loop._source
+
+    def source(period_us, callback):
+        now[0] += takes_us
+        return make(period_us, callback)
+
+    loop._source = source
+    loop._tick.timing.follow(now[0])
+    for _ in range(3):
+        last = now[0]
+        now[0] += pause_us
+        loop.start()
+        for _ in range(2):
+            now[0] += 2000
+            sources[-1].callback(None)
+        assert abs(sum(seen) - (now[0] - last)) < 1000  # the first comes when it comes
+        seen.clear()
+        loop.stop()
+
+
+@pytest.mark.parametrize("lost", [False, True])
+@pytest.mark.parametrize("read", [1, 2, 3])
+def test_a_tick_that_comes_while_the_age_is_asked_makes_no_good_sample_old(port, lost, read):
+    """A hard tick may come in between any two steps of the question: here as a clock is read."""
+    asked, now = [-100], [0]
+
+    def step(dt_us):
+        loop._tick.words[3] = loop._tick.words[3] + dt_us if lost else 0
+
+    def clock():
+        asked[0] += 1
+        if asked[0] == read:
+            sources[-1].callback(None)  # and reads the clock itself
+        return now[0]
+
+    loop, sources = make_loop(step, clock, rate_hz=1000)
+    loop.start()
+    for _ in range(3):
+        now[0] += 1000
+        sources[-1].callback(None)
+    now[0] += 990
+    asked[0] = 0
+    assert loop.age_us() == (3990 if lost else 990 if asked[0] < read else 0)

@@ -9,8 +9,8 @@ accelerometer 2048 counts per g with bit 0 reserved (it must keep its value).
 from micropython import const
 
 _XG_OFFS_USRH = const(0x13)  # y and z follow, high byte first
-_GYRO_LSB_PER_DPS = 32.8
-_ACCEL_LSB_PER_G = 2048
+_GYRO_LSB_PER_DPS = const(32.8)
+_ACCEL_LSB_PER_G = const(2048)
 
 
 def shift_gyro(imu, x_dps, y_dps, z_dps):

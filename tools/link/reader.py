@@ -43,7 +43,7 @@ class Batch:
 
 @dataclass
 class Counts:
-    """What the board says of itself twice a second."""
+    """What the board says of itself once a second."""
 
     mode: int = 0
     ring_lost: int = 0

@@ -23,7 +23,7 @@ _TORQUE = const(8)
 _MOTORS = const(11)
 _AXES = const(16)
 _SIZE = const(76)
-_LSB_PER_DPS = 62.5
+_LSB_PER_DPS = const(62.5)
 
 
 @micropython.viper
