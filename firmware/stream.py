@@ -350,6 +350,7 @@ class Stream:
         self.error = error
         self.stop()
 
+    @micropython.native
     def _other(self, now):
         """A frame of the header, or of the counts."""
         own = self._own

@@ -185,3 +185,49 @@ def test_settling_passes_also_in_ticks_that_bring_no_burst(board, held_ms, tmp_p
             passed_ms += 1
             assert passed_ms < 70
         assert passed_ms >= 50
+
+
+class Begins:
+    """At rest until `since_s`; from then on it swings by up to 100 deg/s."""
+
+    duration_s = None
+
+    def __init__(self):
+        self.since_s = 1e9
+        self._swing = Sinusoid(40.0, 0.398, "roll", offset_deg=40.0, phase_deg=-90.0)
+
+    def at(self, t):
+        return self._swing.at(t - self.since_s) if t > self.since_s else Still().at(t)
+
+    def truth(self, t):
+        return self._swing.truth(max(0.0, t - self.since_s))
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("moves_ms", [20, 150, 290, 310])
+def test_a_motion_that_begins_while_it_starts_is_never_claimed_wrong(
+    board, moves_ms, tmp_path, monkeypatch
+):
+    """A start takes a third of a second after its rest has been measured; here as it collects."""
+    motion = Begins()
+    with Rig(board, motion, tmp_path, rest_s=0.1) as rig:
+
+        class Collector:
+            @staticmethod
+            def collect():
+                motion.since_s = (rig.port.now_ns / 1e6 + moves_ms) / 1000
+                rig.port.run_ms(300)
+
+            @staticmethod
+            def threshold(_):
+                pass
+
+        monkeypatch.setattr("firmware.app.gc", Collector)
+        rig.app.start()
+        assert motion.since_s < 1e3
+        claimed = 0
+        for _ in range(1500):
+            rig.port.run_ms(2)
+            claimed += rig.claimed
+            assert not rig.claimed or rig.roll_error() < 3.0
+        assert claimed > 500

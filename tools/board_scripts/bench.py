@@ -245,6 +245,7 @@ def app_steps(app):
 
         row("app." + burst, tick.step, 2000, before, 50, 1000)
         if burst == "split":
+            tick.timing.follow(time.ticks_us())  # no gap before the first
             row("app.run", tick.run, None, before, 50)
         checked, judge.judge = judge.judge, trusting
         tick.wire(app.imu, app.bus.words, app.period_us, False, 450 if burst == "split" else 0)
