@@ -10,7 +10,7 @@ A soft tick waits while it runs, so a look is made in parts, after a tick each.
 
 import sys
 
-from micropython import const
+from micropython import const, stack_use
 
 from firmware import ctrl_c, wiring
 from firmware.faults import policy
@@ -25,6 +25,11 @@ _COUNT = const(30)
 _TICKS = const(5)
 _AT_REST = const(11)  # firmware.tick.estimate
 
+# a program that is deeper in calls than so many bytes is let go on first, since a hard tick wants
+# 2560 of the 8 KB for itself (firmware.stack): not for more than so many ticks, nor where a
+# controller waits
+_DEEP = const(3584)
+_PUT_OFF = const(20)
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
 _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
 _CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
@@ -42,7 +47,7 @@ class Foreground:
         self._words = app.tick.words
         self._ticks = app.tick.timing.words
         self.after = self._after  # a bound method is a heap block: made once
-        self.errors = 0
+        self.errors = self._put_off = 0
         self.error = None
         self.wire(250, 5)
 
@@ -57,6 +62,10 @@ class Foreground:
 
     def _after(self, _):
         self._words[_WAITING] = 0
+        if stack_use() > _DEEP and self._put_off < _PUT_OFF and not self._app.outputs.soft:
+            self._put_off += 1  # it is still due
+            return
+        self._put_off = 0
         try:
             if self._app.running:  # else it waited in the queue while the loop ended
                 self._turn(self._app)

@@ -73,4 +73,7 @@ def test_knobs_in_a_turn_keep_the_yaw():
         found = changed(board, spin, 200.0, filters, 12)
         assert len(found) == 12
         assert all(lost == 0 for _, _, lost, _ in found)
+        # the foreground's work falls anywhere into what a knob calls, where the stack is deep
+        deep = [("attitude_tau_s", 1.0 + k / 100) for k in range(60)]
+        assert [lost for _, _, lost, _ in changed(board, spin, 0.0, deep, 0)] == [0] * 60
         assert max(abs(off) for *_, off in found) < 0.1

@@ -4,6 +4,7 @@
 On the RP2 with a soft tick, on the RP2 with a hard one, and on the ESP32.
 """
 
+import itertools
 import random
 from math import asin, atan2, cos, degrees, radians, sin
 
@@ -231,3 +232,28 @@ def test_a_motion_that_begins_while_it_starts_is_never_claimed_wrong(
             claimed += rig.claimed
             assert not rig.claimed or rig.roll_error() < 3.0
         assert claimed > 500
+
+
+@pytest.mark.parametrize("board", ["soft", "hard"])
+@pytest.mark.parametrize("used, soft, put_off", [(3000, 0, 0), (4000, 0, 20), (4000, 1, 0)])
+def test_work_waits_a_little_while_the_program_is_deep_in_calls(
+    board, used, soft, put_off, tmp_path, monkeypatch
+):
+    """Else a hard tick finds too little stack; a controller is never kept waiting."""
+    with Rig(board, Still(), tmp_path, rest_s=0.1) as rig:
+        rig.app.start()
+        if soft:
+            rig.app.outputs.add(lambda app: None)
+        rig.port.run_ms(100)
+        monkeypatch.setattr("firmware.foreground.stack_use", lambda: used)
+        ran, most, work = [], 0, rig.app.foreground._work
+
+        def counted(app):
+            ran.append(app.tick.timing.words[5])
+            work(app)
+
+        monkeypatch.setattr(rig.app.foreground, "_work", counted)
+        rig.port.run_ms(4000)
+        most = max(b - a for a, b in itertools.pairwise(ran))
+        due = 1 if soft else 50  # ticks at 250 Hz: a look each fifth of a second
+        assert due + put_off <= most <= due + put_off + 1
