@@ -55,11 +55,11 @@ class Foreground:
 
     def _after(self, _):
         self._words[_WAITING] = 0
-        if stack_use() > _DEEP and self._put_off < _PUT_OFF and not self._app.outputs.soft:
-            self._put_off += 1  # it is still due
-            return
-        self._put_off = 0
         try:
+            if stack_use() > _DEEP and self._put_off < _PUT_OFF and not self._app.outputs.soft:
+                self._put_off += 1  # it is still due
+                return
+            self._put_off = 0
             if self._app.running:  # else it waited in the queue while the loop ended
                 self._turn(self._app)
         except KeyboardInterrupt:
