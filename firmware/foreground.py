@@ -23,10 +23,9 @@ _COUNT = const(30)
 _TICKS = const(5)
 _AT_REST = const(11)  # firmware.tick.estimate
 
-# a program that is deeper in calls than so many bytes is let go on first, since a hard tick wants
-# 2560 of the 8 KB for itself (firmware.stack): not for more than so many ticks, nor where a
-# controller waits
-_DEEP = const(3584)
+# a program that is deeper in calls than so many bytes is let go on first: this needs up to 3.9 KB,
+# a hard tick 2.5 (firmware.stack), and there are 8; for so many ticks at most
+_DEEP = const(1600)
 _PUT_OFF = const(20)
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
 _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
@@ -56,14 +55,18 @@ class Foreground:
     def _after(self, _):
         self._words[_WAITING] = 0
         try:
-            if stack_use() > _DEEP and self._put_off < _PUT_OFF and not self._app.outputs.soft:
-                self._put_off += 1  # it is still due
-                return
-            self._put_off = 0
-            if self._app.running:  # else it waited in the queue while the loop ended
-                self._turn(self._app)
+            app = self._app
+            if app.running and not self._can_wait(app):  # else it was queued while the loop ended
+                self._turn(app)
         except KeyboardInterrupt:
             return ctrl_c.press()
+
+    def _can_wait(self, app):
+        """Whether the program is deep in calls, and nothing here is urgent; it stays due."""
+        deep = stack_use() > _DEEP and self._put_off < _PUT_OFF
+        deep = deep and app.mend.well and not app.outputs.soft
+        self._put_off = self._put_off + 1 if deep else 0
+        return deep
 
     def _turn(self, app):
         words, bus = self._words, app.bus

@@ -58,6 +58,9 @@ _PAIRS = const(4)  # written in a row: 256 bytes
 _CALL_MS = const(40)  # at most between two calls
 _STATUS_MS = const(1000)
 _TODO = const(8)  # changes that wait
+# a header's frame waits where the program has more of the stack than this, for so many calls
+_DEEP = const(3584)
+_MOST = const(20)
 _LEAST = const(16)  # records in a ring
 
 # places of a Stream's own words
@@ -66,6 +69,7 @@ _TOLD = const(1)  # of the next frame of counts
 _BESIDE = const(2)  # frames of headers that wait, and changes
 _WRITTEN = const(3)
 _WAITS = const(4)
+_PUT_OFF = const(5)
 
 
 @micropython.viper
@@ -210,7 +214,7 @@ class Stream:
 
     def _begin(self, names, every, samples):
         self.stop()
-        self._ring = self._tap = None  # its room is wanted
+        self._ring = self._tap = self._run = None  # its room is wanted
         app = self._app
         beside = []
         for name in names:
@@ -313,13 +317,18 @@ class Stream:
             due=due,
             fill=fill,
             ticks_ms=time.ticks_ms,
+            stack_use=micropython.stack_use,
         ):
             ring[_ASKED] = 0
             try:
                 what = due(own, pair, ticks_ms())
                 if what == 1:
                     return stream.stop()
-                if what:
+                if what and stack_use() > _DEEP and own[_PUT_OFF] < _MOST:
+                    own[_PUT_OFF] += 1  # its calls leave a hard tick too little of the stack
+                    ring[_WAIT] = 0
+                elif what:
+                    own[_PUT_OFF] = 0
                     stream._other(ticks_ms())
                     if own[_BESIDE]:  # a header of seventy frames is not for seventy batches
                         ring[_WAIT] = 0
@@ -373,6 +382,7 @@ class Stream:
         own[_TAIL] = 0
         fill(0, 0, 0, own, self._pair)
 
+    @micropython.native
     def _counts(self, own):
         ring, seq, tick = self._ring, self._ring[_SEQ], self._app.tick
         put(own, COUNTS, ring[_MODE], seq & 0xFF, seq >> 8, b"", 0)
@@ -412,7 +422,7 @@ def put(own, kind: int, a: int, b: int, c: int, text: ptr8, size: int):
 
 def _words():
     """Of a Stream, all 0."""
-    return array("i", [0] * 5)
+    return array("i", [0] * 6)
 
 
 def _ring(samples, length):

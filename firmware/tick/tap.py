@@ -87,7 +87,9 @@ _MORE = const(2)  # read from controllers; else how late the tick was
 
 def ring(size, length):
     """One for `size` records of `length` bytes each. MemoryError."""
-    made = array("i", bytes(4 * _RECORDS + size * length))
+    made = array("i", range(_RECORDS + size * length // 4))  # in one piece, nothing beside it
+    for i in range(_RECORDS):
+        made[i] = 0
     made[_SIZE] = size
     made[_LENGTH] = length
     return made

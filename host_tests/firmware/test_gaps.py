@@ -235,7 +235,7 @@ def test_a_motion_that_begins_while_it_starts_is_never_claimed_wrong(
 
 
 @pytest.mark.parametrize("board", ["soft", "hard"])
-@pytest.mark.parametrize("used, soft, put_off", [(3000, 0, 0), (4000, 0, 20), (4000, 1, 0)])
+@pytest.mark.parametrize("used, soft, put_off", [(1000, 0, 0), (4000, 0, 20), (4000, 1, 0)])
 def test_work_waits_a_little_while_the_program_is_deep_in_calls(
     board, used, soft, put_off, tmp_path, monkeypatch
 ):
