@@ -214,7 +214,6 @@ class Stream:
 
     def _begin(self, names, every, samples):
         self.stop()
-        self._ring = self._tap = self._run = None  # its room is wanted
         app = self._app
         beside = []
         for name in names:
@@ -225,7 +224,9 @@ class Stream:
         reads = tuple([channel.read for channel in beside if channel.read])
         self._starts += 1
         parts = 1 + (len(beside) + 11) // 12
-        self._ring = ring = _ring(samples, 28 * parts)
+        if self._ring and self._ring[_LENGTH] != 28 * parts:
+            self._ring = self._tap = self._run = None  # its room is wanted
+        self._ring = ring = _ring(samples, 28 * parts, self._ring)
         kind = 16 + 4 * (self._starts & 3)
         ring[_EVERY], ring[_LEFT], ring[_CHANNELS], ring[_KIND] = every, every, len(beside), kind
         self._chosen = [channels.find(name, app) for name in channels.ALWAYS] + beside
@@ -425,16 +426,18 @@ def _words():
     return array("i", [0] * 6)
 
 
-def _ring(samples, length):
-    """For so many records, a power of two, or fewer where the heap is in pieces."""
+def _ring(samples, length, old):
+    """For so many records, a power of two, or fewer where the heap is in pieces: `old` then, if it
+    has as much."""
     size = _LEAST
     while size < samples:
         size *= 2
     gc.collect()
-    while True:
+    while not old or old[_SIZE] < size:
         try:
             return tap.ring(size, length)
         except MemoryError:
             if size == _LEAST:
                 raise
             size //= 2
+    return tap.clear(old, old[_SIZE], length)
