@@ -23,8 +23,8 @@ _COUNT = const(30)
 _TICKS = const(5)
 _AT_REST = const(11)  # firmware.tick.estimate
 
-# a program that is deeper in calls than so many bytes is let go on first: this needs up to 3.9 KB,
-# a hard tick 2.5 (firmware.stack), and there are 8; for so many ticks at most
+# a program that is deeper in calls than so many bytes is let go on first, since a hard tick works
+# on the same 8 KB and wants 2560 of them (firmware.stack); for so many ticks at most
 _DEEP = const(1600)
 _PUT_OFF = const(20)
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
@@ -62,11 +62,11 @@ class Foreground:
             return ctrl_c.press()
 
     def _can_wait(self, app):
-        """Whether the program is deep in calls, and nothing here is urgent; it stays due."""
-        deep = stack_use() > _DEEP and self._put_off < _PUT_OFF
-        deep = deep and app.mend.well and not app.outputs.soft
-        self._put_off = self._put_off + 1 if deep else 0
-        return deep
+        """Whether the program is deep in calls, and nobody waits for each tick; it stays due."""
+        wait = app.tick_kind == "hard" and stack_use() > _DEEP and self._put_off < _PUT_OFF
+        wait = wait and not self._busy(app)
+        self._put_off = self._put_off + 1 if wait else 0
+        return wait
 
     def _turn(self, app):
         words, bus = self._words, app.bus
@@ -86,6 +86,8 @@ class Foreground:
 
     def _busy(self, app):
         """Whether every tick is to be followed by this."""
+        if app.loop.dead or self._words[_AGAIN]:
+            return True
         return app.outputs.soft or app.telemetry.on or app.loop.read or not app.mend.well
 
     def _work(self, app):

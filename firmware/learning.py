@@ -63,7 +63,7 @@ def begin(imu, config):
             bound = _STORED_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - stored_c)
             bias = cal.at(still.temp_c).gyro_bias_dps
             turn = turn_dps(still, bias, bound) if stored else 0.0
-            if stored and not turn and not _near(still.gyro_dps, bias, bound):
+            if stored and not turn and not near(still.gyro_dps, bias, bound):
                 _same_again(still, imu, config)
         except NotStill as error:
             still = None
@@ -75,7 +75,7 @@ def begin(imu, config):
             text = "it turns by %.1f deg/s, or the gyro's bias has changed: the stored one is used"
             warnings.append(text % turn)
         else:
-            if stored and not _near(still.gyro_dps, cal.gyro_bias_dps, bound):
+            if stored and not near(still.gyro_dps, cal.gyro_bias_dps, bound):
                 known = ONCE
                 warnings.append("the gyro's bias is not the stored one: is it the same sensor?")
             cal = cal.but(gyro_bias_dps=still.gyro_dps)
@@ -98,7 +98,7 @@ def _rested(imu, config):
 
 def _same_again(still, imu, config):
     """NotStill where what looked like a Rest was a slow tilt: a later one shows it."""
-    if not _near(_rested(imu, config).accel_g, still.accel_g, _TILTED_G):
+    if not near(_rested(imu, config).accel_g, still.accel_g, _TILTED_G):
         raise NotStill("moved: it tilts slowly")
 
 
@@ -113,7 +113,8 @@ def _folding(cal, imu, config, warnings):
     return cal
 
 
-def _near(a, b, bound):
+def near(a, b, bound):
+    """Whether two vectors differ by so much at most, in each axis."""
     return max([abs(x - y) for x, y in zip(a, b)]) <= bound
 
 
@@ -173,13 +174,13 @@ class Learning:
     def _judge(self, still):
         """Three seconds of rest, or of a steady turn."""
         bound = _BOUND_DPS + _BOUND_DPS_PER_C * abs(still.temp_c - self._temp_c)
-        if not _near(still.gyro_dps, (0.0, 0.0, 0.0), BIAS_LIMIT_DPS):
+        if not near(still.gyro_dps, (0.0, 0.0, 0.0), BIAS_LIMIT_DPS):
             self._has_moved()  # no bias is so large
         elif self.known == NOTHING:
             self._take(still)
-        elif _near(still.gyro_dps, self._bias, bound):
+        elif near(still.gyro_dps, self._bias, bound):
             self._agree(still)
-        elif self._former and _near(still.gyro_dps, self._former, bound):
+        elif self._former and near(still.gyro_dps, self._former, bound):
             self._take(still)
             self.known = SURE
         elif not turn_dps(still, self._bias, bound):
@@ -192,7 +193,7 @@ class Learning:
             self._on_end = []
 
     def _agree(self, still):
-        if self._on_end and not _near(still.accel_g, self._on_end[0].accel_g, _TILTED_G):
+        if self._on_end and not near(still.accel_g, self._on_end[0].accel_g, _TILTED_G):
             self._has_moved()  # slowly
             return
         self._on_end.append(still)
@@ -209,7 +210,7 @@ class Learning:
 
     def _was_a_turn(self, still, bound):
         """Whether what passed for the bias was a turn, and this is it."""
-        if not (self._other and _near(still.gyro_dps, self._other, bound)):
+        if not (self._other and near(still.gyro_dps, self._other, bound)):
             self._other, self._other_on_end = still.gyro_dps, 0
         self._other_on_end += 1
         is_dps = _along(still.gyro_dps, still.accel_g)

@@ -58,9 +58,6 @@ _PAIRS = const(4)  # written in a row: 256 bytes
 _CALL_MS = const(40)  # at most between two calls
 _STATUS_MS = const(1000)
 _TODO = const(8)  # changes that wait
-# a header's frame waits where the program has more of the stack than this, for so many calls
-_DEEP = const(3584)
-_MOST = const(20)
 _LEAST = const(16)  # records in a ring
 
 # places of a Stream's own words
@@ -69,7 +66,6 @@ _TOLD = const(1)  # of the next frame of counts
 _BESIDE = const(2)  # frames of headers that wait, and changes
 _WRITTEN = const(3)
 _WAITS = const(4)
-_PUT_OFF = const(5)
 
 
 @micropython.viper
@@ -109,7 +105,7 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
             x ^= crc
             x ^= x >> 4 ^ x >> 8 ^ x >> 11 ^ x >> 12
             crc = (x ^ x << 5 ^ x << 12) & 0xFFFF
-        i += 1  # and the CRC, out here: an exit inside the loop costs a twentieth of it
+        i += 1  # and the CRC, out here: an exit inside the loop costs time in each round
         out[i + 0] = crc ^ 0xFFFF
         if crc & 255 == 0:
             line[mark + 0] = 255 + mark - (i << 1)
@@ -318,18 +314,13 @@ class Stream:
             due=due,
             fill=fill,
             ticks_ms=time.ticks_ms,
-            stack_use=micropython.stack_use,
         ):
             ring[_ASKED] = 0
             try:
                 what = due(own, pair, ticks_ms())
                 if what == 1:
                     return stream.stop()
-                if what and stack_use() > _DEEP and own[_PUT_OFF] < _MOST:
-                    own[_PUT_OFF] += 1  # its calls leave a hard tick too little of the stack
-                    ring[_WAIT] = 0
-                elif what:
-                    own[_PUT_OFF] = 0
+                if what:
                     stream._other(ticks_ms())
                     if own[_BESIDE]:  # a header of seventy frames is not for seventy batches
                         ring[_WAIT] = 0
@@ -423,7 +414,7 @@ def put(own, kind: int, a: int, b: int, c: int, text: ptr8, size: int):
 
 def _words():
     """Of a Stream, all 0."""
-    return array("i", [0] * 6)
+    return array("i", [0] * 5)
 
 
 def _ring(samples, length, old):
