@@ -25,10 +25,9 @@ _COUNT = const(30)
 _TICKS = const(5)
 _AT_REST = const(11)  # firmware.tick.estimate
 
-# a program that is deeper in calls than so many bytes is let go on first, since a hard tick wants
-# 2560 of the 8 KB for itself (firmware.stack): not for more than so many ticks, nor where a
-# controller waits
-_DEEP = const(3584)
+# a program that is deeper in calls than so many bytes is let go on first, since a hard tick works
+# on the same 8 KB and wants 2560 of them (firmware.stack); for so many ticks at most
+_DEEP = const(1600)
 _PUT_OFF = const(20)
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
 _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
@@ -62,15 +61,19 @@ class Foreground:
 
     def _after(self, _):
         self._words[_WAITING] = 0
-        if stack_use() > _DEEP and self._put_off < _PUT_OFF and not self._app.outputs.soft:
-            self._put_off += 1  # it is still due
-            return
-        self._put_off = 0
         try:
-            if self._app.running:  # else it waited in the queue while the loop ended
-                self._turn(self._app)
+            app = self._app
+            if app.running and not self._can_wait(app):  # else it was queued while the loop ended
+                self._turn(app)
         except KeyboardInterrupt:
             return ctrl_c.press()
+
+    def _can_wait(self, app):
+        """Whether the program is deep in calls, and nobody waits for each tick; it stays due."""
+        wait = app.tick_kind == "hard" and stack_use() > _DEEP and self._put_off < _PUT_OFF
+        wait = wait and not self._busy(app)
+        self._put_off = self._put_off + 1 if wait else 0
+        return wait
 
     def _turn(self, app):
         words, bus = self._words, app.bus
@@ -85,10 +88,14 @@ class Foreground:
         finally:  # also after a Ctrl-C, which goes to whatever runs
             words[_DUE] = 1  # and so may a second one, from here on
             bus.patient = patient
-            if not (self._part or app.outputs.soft or app.telemetry.on or app.loop.readers):
-                left = self._looked + self._look_every - self._ticks[_TICKS]
-                if left > 1 and app.mend.well:
-                    words[_DUE] = left
+            looked = self._ticks[_TICKS] - self._looked
+            words[_DUE] = 1 if self._part or self._busy(app) else max(1, self._look_every - looked)
+
+    def _busy(self, app):
+        """Whether every tick is to be followed by this."""
+        if app.loop.dead or self._words[_AGAIN]:
+            return True
+        return app.outputs.soft or app.telemetry.on or app.loop.readers or not app.mend.well
 
     def _work(self, app):
         ticks = self._ticks[_TICKS]

@@ -105,7 +105,7 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
             x ^= crc
             x ^= x >> 4 ^ x >> 8 ^ x >> 11 ^ x >> 12
             crc = (x ^ x << 5 ^ x << 12) & 0xFFFF
-        i += 1  # and the CRC, out here: an exit inside the loop costs a twentieth of it
+        i += 1  # and the CRC, out here: an exit inside the loop costs time in each round
         out[i + 0] = crc ^ 0xFFFF
         if crc & 255 == 0:
             line[mark + 0] = 255 + mark - (i << 1)
@@ -210,7 +210,6 @@ class Stream:
 
     def _begin(self, names, every, samples):
         self.stop()
-        self._ring = self._tap = None  # its room is wanted
         app = self._app
         beside = []
         for name in names:
@@ -221,7 +220,9 @@ class Stream:
         reads = tuple([channel.read for channel in beside if channel.read])
         self._starts += 1
         parts = 1 + (len(beside) + 11) // 12
-        self._ring = ring = _ring(samples, 28 * parts)
+        if self._ring and self._ring[_LENGTH] != 28 * parts:
+            self._ring = self._tap = self._run = None  # its room is wanted
+        self._ring = ring = _ring(samples, 28 * parts, self._ring)
         kind = 16 + 4 * (self._starts & 3)
         ring[_EVERY], ring[_LEFT], ring[_CHANNELS], ring[_KIND] = every, every, len(beside), kind
         self._chosen = [channels.find(name, app) for name in channels.ALWAYS] + beside
@@ -373,6 +374,7 @@ class Stream:
         own[_TAIL] = 0
         fill(0, 0, 0, own, self._pair)
 
+    @micropython.native
     def _counts(self, own):
         ring, seq, tick = self._ring, self._ring[_SEQ], self._app.tick
         put(own, COUNTS, ring[_MODE], seq & 0xFF, seq >> 8, b"", 0)
@@ -415,16 +417,18 @@ def _words():
     return array("i", [0] * 5)
 
 
-def _ring(samples, length):
-    """For so many records, a power of two, or fewer where the heap is in pieces."""
+def _ring(samples, length, old):
+    """For so many records, a power of two, or fewer where the heap is in pieces: `old` then, if it
+    has as much."""
     size = _LEAST
     while size < samples:
         size *= 2
     gc.collect()
-    while True:
+    while not old or old[_SIZE] < size:
         try:
             return tap.ring(size, length)
         except MemoryError:
             if size == _LEAST:
                 raise
             size //= 2
+    return tap.clear(old, old[_SIZE], length)

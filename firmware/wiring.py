@@ -16,7 +16,7 @@ from micropython import const
 
 from firmware import filters, settings
 from firmware.faults.mend import Mend
-from firmware.learning import Learning
+from firmware.learning import Learning, near
 from firmware.loop import Loop
 from firmware.tick import estimate, judge
 
@@ -27,7 +27,7 @@ _CORRECT_EDGES = const(1)
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _GUARD_US = const(50000)
 _FIRST = const(30)
-_MOVED_G = const(0.02)  # a degree; six deviations of one sample's noise (PS p. 13)
+_MOVED_G = const(0.02)  # a degree, and more than one sample's noise
 _LEVEL_US = const(1500000)  # after a levelling by one sample, which may have been pushed
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _NO = (0.0, 0.0, 0.0)
@@ -228,11 +228,13 @@ def begin(app, still):
     now = time.ticks_us()
     tick.timing.follow(now)
     accel_g = imu.accel_g()
-    if still and _stands(imu, still, app.config.still_dps):
-        accel_g = still.accel_g
-    else:
-        still = None
+    if still and not (
+        near(accel_g, still.accel_g, _MOVED_G)
+        and near(imu.gyro_dps(), still.gyro_dps, app.config.still_dps)
+    ):
+        still = None  # it has moved since
     if app.learning.known:
+        accel_g = still.accel_g if still else accel_g
         begin_at(app.filter, app.calibration.apply(accel_g, _NO)[0])
         if not still:
             app.filter.relevel()
@@ -246,13 +248,6 @@ def begin(app, still):
     estimate.publish(tick.est, app.filter.out, burst, now)
     app.learning.begin()
     tick.est[_UNCERTAIN] = 1 if words[_UNSURE_US] else 0
-
-
-def _stands(imu, still, still_dps):
-    """Whether the sample shows that the Rest has lasted until now."""
-    off_g = [abs(a - b) for a, b in zip(imu.accel_g(), still.accel_g)]
-    off_dps = [abs(a - b) for a, b in zip(imu.gyro_dps(), still.gyro_dps)]
-    return max(off_g) < _MOVED_G and max(off_dps) < still_dps
 
 
 def begin_at(filter, accel_g, yaw_deg=0.0):

@@ -87,7 +87,13 @@ _MORE = const(2)  # read from controllers; else how late the tick was
 
 def ring(size, length):
     """One for `size` records of `length` bytes each. MemoryError."""
-    made = array("i", bytes(4 * _RECORDS + size * length))
+    return clear(array("i", range(_RECORDS + size * length // 4)), size, length)  # in one piece
+
+
+def clear(made, size, length):
+    """The same ring, empty."""
+    for i in range(_RECORDS):
+        made[i] = 0
     made[_SIZE] = size
     made[_LENGTH] = length
     return made

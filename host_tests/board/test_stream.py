@@ -2,6 +2,7 @@
 """The stream on the emulated Pico: through the real mpremote transport, knobs set meanwhile."""
 
 import json
+import statistics
 import sys
 
 import pytest
@@ -79,6 +80,13 @@ def test_a_frame_costs_no_byte_and_the_tick_nothing_while_nobody_listens(board):
     board.exec("app.telemetry.console, app.foreground._look = kept, look")
 
 
+def rounds(board):
+    """How often the main program goes round in 400 ms, the median of three: what else
+    falls into one of them is no sample's cost."""
+    counted = board.exec("for _ in range(3): print(idle(400))", 60)
+    return statistics.median(map(int, counted.split()))
+
+
 @pytest.mark.parametrize("rate_hz", [250, 1000])
 def test_the_cost_of_a_sample(board, rate_hz, record_property):
     """From the time that is left to the main program, with the real console's looks, once the
@@ -87,12 +95,14 @@ def test_the_cost_of_a_sample(board, rate_hz, record_property):
         f"app.set('rate_hz', {rate_hz})\napp.telemetry.console = Sink(kept)\n"
         "app.foreground._look = lambda app: None"  # which falls into one window and not the other
     )
-    alone = int(board.exec("idle(50)\nprint(idle(400))", 30))
+    alone = rounds(board)
     board.exec("app.stream.start(keep_s=1000)\nidle(2400)", 60)
-    beside = int(board.exec("print(idle(400))", 30))
+    beside = rounds(board)
     board.exec("app.stream.stop()\napp.telemetry.console, app.foreground._look = kept, look")
-    free_us = int(board.exec("app.loop.stop()\nprint(idle(400))\napp.loop.start()", 30))
-    cost_us = (alone - beside) / free_us * 1e6 / rate_hz
+    board.exec("app.loop.stop()")
+    free = rounds(board)
+    board.exec("app.loop.start()")
+    cost_us = (alone - beside) / free * 1e6 / rate_hz
     print(f"{rate_hz} Hz: a sample costs {cost_us:.0f} us")
     record_property("cost_us", cost_us)
     assert cost_us < 80

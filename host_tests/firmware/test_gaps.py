@@ -234,26 +234,66 @@ def test_a_motion_that_begins_while_it_starts_is_never_claimed_wrong(
         assert claimed > 500
 
 
-@pytest.mark.parametrize("board", ["soft", "hard"])
-@pytest.mark.parametrize("used, soft, put_off", [(3000, 0, 0), (4000, 0, 20), (4000, 1, 0)])
-def test_work_waits_a_little_while_the_program_is_deep_in_calls(
-    board, used, soft, put_off, tmp_path, monkeypatch
+def nobody(app):
+    """Only looks, each fifth of a second."""
+
+
+def controller(app):
+    app.outputs.add(lambda app: None)
+
+
+def reader(app):
+    app.loop.readers.append(app.loop.samples())
+
+
+def plotter(app):
+    app.telemetry.on = True
+
+
+def motor_left_on(app):
+    app.tick.words[25] = 1  # AGAIN: a safe() has failed
+    app.outputs.mend = lambda: None
+
+
+def fault(app):
+    app.tick.words[8] = app.tick.words[2] = 0  # SURE: the registers are still to be looked at
+    app.mend._doing = 1
+    app.mend.run = lambda: None
+
+
+DUE = 50  # ticks at 250 Hz: a look each fifth of a second
+
+
+@pytest.mark.parametrize(
+    "board, deep, waits, ticks",
+    [
+        ("hard", False, nobody, DUE),
+        ("hard", True, nobody, DUE + 20),
+        ("soft", True, nobody, DUE),  # nothing there leaves a tick out
+        ("hard", True, controller, 1),
+        ("hard", True, reader, 1),
+        ("hard", True, plotter, 1),
+        ("hard", True, motor_left_on, 1),
+        ("hard", True, fault, 1),
+    ],
+)
+def test_work_waits_a_little_while_the_program_is_deep_in_calls_and_nobody_waits_for_it(
+    board, deep, waits, ticks, tmp_path, monkeypatch
 ):
-    """Else a hard tick finds too little stack; a controller is never kept waiting."""
+    """Else a hard tick finds too little stack."""
     with Rig(board, Still(), tmp_path, rest_s=0.1) as rig:
         rig.app.start()
-        if soft:
-            rig.app.outputs.add(lambda app: None)
         rig.port.run_ms(100)
-        monkeypatch.setattr("firmware.foreground.stack_use", lambda: used)
-        ran, most, work = [], 0, rig.app.foreground._work
+        waits(rig.app)
+        rig.app.tick.words[12] = 0  # DUE
+        monkeypatch.setattr("firmware.foreground.stack_use", lambda: 4000 if deep else 1000)
+        ran, work = [], rig.app.foreground._work
 
         def counted(app):
             ran.append(app.tick.timing.words[5])
             work(app)
 
         monkeypatch.setattr(rig.app.foreground, "_work", counted)
-        rig.port.run_ms(4000)
+        rig.port.run_ms(3000)
         most = max(b - a for a, b in itertools.pairwise(ran))
-        due = 1 if soft else 50  # ticks at 250 Hz: a look each fifth of a second
-        assert due + put_off <= most <= due + put_off + 1
+        assert ticks <= most <= ticks + 1

@@ -61,3 +61,26 @@ def test_changes_that_come_faster_than_they_are_sent_are_few_and_end_at_the_last
         "complementary_tau_s": app.config.complementary_tau_s,
     }
     assert app.config.attitude_rest_tau_s == 0.5 + 39 / 100
+
+
+@pytest.mark.parametrize("most", [16, 32, 64, 256])
+@pytest.mark.parametrize("had", [16, 64, 256])
+def test_a_ring_is_never_smaller_than_the_one_before(monkeypatch, had, most):
+    """The heap comes to be in pieces while a board runs; `most`: the records of the largest."""
+    with Port("rp2"):
+        from firmware import stream
+        from firmware.tick import tap
+
+        make, size, length = tap.ring, 2, 8  # places of firmware.tick.tap
+        old = make(had, 28)
+        old[0] = old[1] = 7  # it has been used
+
+        def scarce(records, each):
+            if records > most:
+                raise MemoryError
+            return make(records, each)
+
+        monkeypatch.setattr(stream.tap, "ring", scarce)
+        ring = stream._ring(200, 28, old)
+        assert ring[size] == max(had, most) and ring[length] == 28
+        assert list(ring[:2]) == [0, 0]

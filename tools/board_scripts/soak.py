@@ -37,6 +37,7 @@ def run():
     guard.allow(memory, 65000)
     timing = Timing()
     now = later(0, -5000000)
+    timing.follow(now)
     timing.start(STEP_US, True, now)
     words, bins = timing.words, timing.bins
     update = estimate.update
