@@ -220,8 +220,8 @@ def test_a_motion_that_begins_while_it_starts_is_never_claimed_wrong(
                 rig.port.run_ms(300)
 
             @staticmethod
-            def threshold(_):
-                pass
+            def threshold(*_):
+                return -1
 
         monkeypatch.setattr("firmware.app.gc", Collector)
         rig.app.start()
@@ -287,13 +287,15 @@ def test_work_waits_a_little_while_the_program_is_deep_in_calls_and_nobody_waits
         waits(rig.app)
         rig.app.tick.words[12] = 0  # DUE
         monkeypatch.setattr("firmware.foreground.stack_use", lambda: 4000 if deep else 1000)
-        ran, work = [], rig.app.foreground._work
+        began, work = [], rig.app.foreground._work
 
         def counted(app):
-            ran.append(app.tick.timing.words[5])
+            ran = app.tick.timing.words[5]
+            if ticks == 1 or app.foreground._part == 0:  # a look is made in parts
+                began.append(ran)
             work(app)
 
         monkeypatch.setattr(rig.app.foreground, "_work", counted)
         rig.port.run_ms(3000)
-        most = max(b - a for a, b in itertools.pairwise(ran))
+        most = max(b - a for a, b in itertools.pairwise(began))
         assert ticks <= most <= ticks + 1

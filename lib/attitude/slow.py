@@ -98,7 +98,10 @@ class Slow:
         q = self._watch_rest(q, now, span_s, accel)
         rates = [radians(rate) - bias for rate, bias in zip(now, learning.bias)]
         wild = max([abs(rate) for rate in rates]) * span_s > _WILD
-        self.up.update(q, None if wild else now[3:], span_s)
+        accel = now[3:]
+        if self._age_s < _YOUNG_S:  # later what a turn smears passes for acceleration
+            accel = _at_the_end(accel, rates, span_s)
+        self.up.update(q, None if wild else accel, span_s)
         q = self._level(q, span_s)
         last, self.gain = self.gain, self._gain_now()
         if rest.at_rest != was_at_rest:  # at rest is no velocity; one that ends it goes on
@@ -252,3 +255,10 @@ class Slow:
         parts: tuple = (self.rest, self.learning, self.view, self.up, self.bounds)
         for part, value in zip(parts, states):
             part.set_state(value)
+
+
+def _at_the_end(v, rates, span_s):
+    """The block's mean in the axes that the sensor has at its end: half of its turn further."""
+    x, y, z = [0.5 * span_s * rate for rate in rates]
+    a, b, c = v
+    return a + z * b - y * c, b + x * c - z * a, c + y * a - x * b

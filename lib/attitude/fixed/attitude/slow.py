@@ -264,10 +264,23 @@ def slow(array):
         s[_ROWS + 3 * i + k] = x - z + 8192 >> 14
         s[_ROWS + 3 * k + i] = x + z + 8192 >> 14
         i += 1
-    # the block's acceleration in the earth frame
+    # the block's acceleration in the earth frame; where it levels, in the axes of the block's end,
+    # half of its turn further (later what a turn smears passes for acceleration)
+    age = s[_AGE]
+    young = 1 if age < s[_YOUNG] else 0
     x = s[_SUM + 3]
     y = s[_SUM + 4]
     z = s[_SUM + 5]
+    if young and samples > 1:
+        h = s[_TURN] >> 2
+        m = s[_TURN + 1] >> 2
+        d = s[_TURN + 2] >> 2
+        i = x >> 7
+        k = y >> 7
+        t = z >> 7
+        x += d * k - m * t >> 7
+        y += h * t - d * i >> 7
+        z += m * i - h * k >> 7
     k = s[_MG]
     i = 0
     while i < 3:
@@ -291,8 +304,6 @@ def slow(array):
 
     # at first the mean of all acceleration so far is up; later one that is more than 45 degrees
     # away over two seconds is no acceleration but a lost attitude: start again
-    age = s[_AGE]
-    young = 1 if age < s[_YOUNG] else 0
     x = s[_UP]
     y = s[_UP + 1]
     z = s[_UP + 2]
