@@ -66,7 +66,8 @@ def test_a_frame_costs_no_byte_and_the_tick_nothing_while_nobody_listens(board):
     board.exec(
         "app.set('rate_hz', 250)\nkept = app.telemetry.console\n"
         "app.telemetry.console = Sink(kept)\n"
-        "look, app.foreground._look = app.foreground._look, lambda app: None"  # which allocates
+        "look, app.foreground._look = app.foreground._look, lambda app: None\n"  # which allocates
+        "app.foreground._part = 0"  # none is under way
     )
     board.exec("app.stream.start(keep_s=1000)\nidle(600)")
     locked = (
@@ -93,7 +94,8 @@ def test_the_cost_of_a_sample(board, rate_hz, record_property):
     header is sent; all but the line itself."""
     board.exec(
         f"app.set('rate_hz', {rate_hz})\napp.telemetry.console = Sink(kept)\n"
-        "app.foreground._look = lambda app: None"  # which falls into one window and not the other
+        "app.foreground._look = lambda app: None\n"  # which falls into one window and not the other
+        "app.foreground._part = 0"  # none is under way
     )
     alone = rounds(board)
     board.exec("app.stream.start(keep_s=1000)\nidle(2400)", 60)

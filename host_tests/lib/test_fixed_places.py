@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The integer attitude's array: every file means the same place by the same name.
 
-The list is the table in the docstring of attitude/fixed/attitude/__init__.py.
+The list is the table in the comment of attitude/fixed/attitude/__init__.py.
 """
 
 import ast
@@ -20,11 +20,11 @@ ROW = re.compile(r"(\d+)(?:-(\d+))? +(-|[A-Z_0-9]+) +(\S.*?) {2,}([a-z]+(?:, [a-
 
 
 def table():
-    """[(first, last, name or "-", writers)] of the docstring."""
-    text = ast.get_docstring(ast.parse(FILES["__init__"].read_text()))
+    """[(first, last, name or "-", writers)] of the comment."""
+    text = FILES["__init__"].read_text().split("written by\n")[1].split("\n\n")[0]
     rows = []
-    for line in text.split("written by\n")[1].splitlines():
-        found = ROW.match(line)
+    for line in text.splitlines():
+        found = ROW.match(line.removeprefix("# "))
         assert found, line
         first, last, name, _, writers = found.groups()
         rows.append((int(first), int(last or first), name, writers.split(", ")))

@@ -196,6 +196,18 @@ def test_replay_rests_before_and_after(tmp_path):
     assert motion.duration_s == pytest.approx(2.995)
 
 
+def test_a_rest_before_the_recording_has_its_gyros_bias(tmp_path):
+    rest = np.tile((0.01, -0.02, 0.004), (200, 1)) + np.random.default_rng(1).normal(
+        0.0, 0.001, (200, 3)
+    )
+    write_npz(tmp_path / "m.npz", gyr_rad_s=np.vstack([rest, np.ones((200, 3))]))
+    motion = Replay(tmp_path / "m.npz", lead_s=1.0)
+    assert np.radians(motion.at(0.5)[3:6]) == pytest.approx((0.01, -0.02, 0.004), abs=6e-4)
+    assert motion.at(9.0)[3:6] == (0, 0, 0)  # a steady turn, faster than a bias
+    write_npz(tmp_path / "n.npz", gyr_rad_s=np.linspace((0, 0, 0), (1, 0, 0), 400))
+    assert Replay(tmp_path / "n.npz", lead_s=1.0).at(0.5)[3:6] == (0, 0, 0)  # it begins to turn
+
+
 def test_replay_of_a_piece(tmp_path):
     original = write_npz(tmp_path / "m.npz")
     motion = Replay(tmp_path / "m.npz", start_s=0.5, length_s=1.0)

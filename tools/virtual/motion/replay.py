@@ -16,6 +16,8 @@ import numpy as np
 from tools.virtual.motion import quaternions as quat
 
 _G = 9.80665
+_REST_S, _STILL_DPS = 0.5, 3.0  # the rates of a rest, from the lowest to the highest
+_BIAS_DPS = 20.0  # the datasheet's zero-rate output
 _ACC = [f"acc_{n}_m_s2" for n in "xyz"]
 _GYR = [f"gyr_{n}_rad_s" for n in "xyz"]
 _QUAT = [f"quat_{n}" for n in "wxyz"]
@@ -25,7 +27,8 @@ class Replay:
     """A recording as motion source; ValueError names what a file lacks.
 
     For `lead_s` seconds before it the sensor rests in the recording's first attitude; after the
-    end it rests in the last. `start_s` and `length_s` cut a piece out.
+    end it rests in the last. There its gyro reads the bias that it has next to it, if the
+    recording is at rest there, else 0. `start_s` and `length_s` cut a piece out.
     """
 
     def __init__(self, path, lead_s=0.0, start_s=0.0, length_s=None, temp_c=25.0):
@@ -43,16 +46,20 @@ class Replay:
         self._quats = None if quats is None else quats[first:last].tolist()
         self.lead_s = lead_s
         self.duration_s = lead_s + (len(acc) - 1) / self.rate_hz
-        self._rest = self._resting(0), self._resting(-1)
+        some = round(_REST_S * self.rate_hz)
+        self._rest = self._resting(0, rows[:some, 3:6]), self._resting(-1, rows[-some:, 3:6])
 
-    def _resting(self, n):
+    def _resting(self, n, rates):
         """At rest in the attitude of row n: by the truth, else by its specific force."""
         row = self._rows[n]
+        bias = np.mean(rates, axis=0)
+        still = np.ptp(rates, axis=0).max() < _STILL_DPS and np.abs(bias).max() < _BIAS_DPS
+        bias = bias.tolist() if still else (0.0, 0.0, 0.0)
         q = self._quats[n] if self._quats else (math.nan,)
         if not math.isnan(q[0]):
-            return (*quat.gravity(q), 0.0, 0.0, 0.0, row[6])
+            return (*quat.gravity(q), *bias, row[6])
         size = math.sqrt(sum(v * v for v in row[:3])) or 1.0
-        return (*(v / size for v in row[:3]), 0.0, 0.0, 0.0, row[6])
+        return (*(v / size for v in row[:3]), *bias, row[6])
 
     def at(self, t_s):
         """Specific force (g), rate (dps), temperature (degC)."""

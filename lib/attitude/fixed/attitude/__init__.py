@@ -1,145 +1,144 @@
 # SPDX-License-Identifier: MIT
-"""The integer twin of attitude.Attitude: one viper call from raw counts to millidegrees.
+"""The integer twin of attitude.Attitude: one viper call from raw counts to millidegrees."""
 
-Its numbers stand in one array of 32-bit integers that the files of this folder share. A constant
-of viper code must be local to its file to be free, so what stands once is this list, and a test
-holds every const() of the folder against it. "inc" is a rate times the nominal dt / 4 in 2^-30
-rad, "sum" is inc times samples, Qn a number times 2^n; spans of time are counts of blocks.
-Written by: set (coefficients and base: set-up, calibration, period), the files by their names.
-
-place    name        format and meaning                                                 written by
-0-11     ACCEL       Q14: accelerometer's 9 coefficients, 3 offsets (folding)                  set
-12-23    GYRO        9 coefficients, 3 offsets, to inc times 2^GYRO_SHIFT                      set
-24       GYRO_SHIFT  how far the gyro's sums are shifted down                                  set
-25       STEP        the period by the nominal one, Q15                                        set
-26       RATE        mdps are inc times RATE / 2^15 >> RATE_SHIFT                              set
-27       RATE_SHIFT  see RATE                                                                  set
-28       E_SHIFT     counts * 2^13 >> E_SHIFT is g * 2^24                                      set
-29       LAG_PRE     lag_s * rate, an angle Q15, is (inc >> LAG_PRE) * LAG >> LAG_POST         set
-30       LAG         see LAG_PRE                                                               set
-31       LAG_POST    see LAG_PRE                                                               set
-32       ONE         2^30, which is no small integer                                           set
-33       N           samples in a block; from here on in the order of set_up                   set
-34       MEAN_K      of the half-second means, Q15                                             set
-35       STILL_GYRO  sum                                                                       set
-36       STILL_ACCEL counts * samples, Q6                                                      set
-37       SHAKEN      the same of one sample                                                    set
-38       TILTED      the same of the means                                                     set
-39       NEAR        sum: the mean rate so near a bias is one                                  set
-40       DRIFT       sum Q8: so much further for each block since the last rest                set
-41       LIMIT       sum: at most, after the first rest                                        set
-42       START_LIMIT sum: and before                                                           set
-43       STEADY_MAX  for how long a rate must be steady to be a bias up to LIMIT               set
-44       REST        how long it must be still                                                 set
-45       RESTED_MAX  averaging time of the bias at rest                                        set
-46       KEEP        how old the bias is that a rest leaves                                    set
-47       YOUNG       how long the mean alone levels                                            set
-48       OLD         the age that a rest gives, and the largest                                set
-49       RAMP        gain * dt, Q24, times age                                                 set
-50       K_MOTION    gain * dt, Q24                                                            set
-51       K_REST      the same                                                                  set
-52       HALF_G      counts                                                                    set
-53       LOST        samples in 2 s                                                            set
-54       MG          counts * samples to g Q12: times MG / 2^15 >> MG_SHIFT                    set
-55       MG_SHIFT    see MG                                                                    set
-56       RATE_K      of the mean squares of the rates and of LEVEL, Q15                        set
-57       PER_SPAN2   1 / span^2, 1 / s^2: makes squares of rates of those of turns             set
-58       SUM_RAD     rad/s to sum, 2^-9 of it                                                  set
-59       INC_RAD     rad/s to inc Q8                                                           set
-60       SPAN        s, Q15                                                                    set
-61       FASTER      Q12, times the gyro's error: how much faster the loop shall be            set
-62       MOST        rad/s, Q24: the correction's limit is this and MOST_SIGMAS (Q8)           set
-63       MOST_SIGMAS see MOST                                                                  set
-64       TOP         square of a speed that no body has, (g blocks)^2 Q12                      set
-65       TOP_K       of its leak, Q15                                                          set
-66       WALK        (rad/s)^2 between two looks, Q44                                          set
-67       WALKS       rad/s, Q32: a bias is further from the last rest's for each block         set
-68       SHAKE_K     of SHAKE, Q15                                                             set
-69       KEEPS       of the yaw's view of a bias, Q15                                          set
-70       LOOK        between two looks                                                         set
-71       VIEW_N      errors that the view follows in a tick                                    set
-72       START       sigma of a bias before the first rest, rad/s Q30                          set
-73       SCALE       sigma of a scale, Q30                                                     set
-74       CROSS       the same of the matrix' other elements; the last coefficient              set
-75       SEQ         steps so far, modulo 2^30; the first of the state                        step
-76       W           quaternion, sensor to earth, Q30        step, slow, level, learn, stand, turn
-77       X           the same                                step, slow, level, learn, stand, turn
-78       Y           the same                                step, slow, level, learn, stand, turn
-79       Z           the same                                step, slow, level, learn, stand, turn
-80       BEGIN       the next sample is a block: 1 new means, 2 and yaw 0       slow, level, stand
-81-83    BIAS        inc Q8                                                     slow, learn, stand
-84-95    USED        GYRO as learned                                                        errors
-96-98    BEFORE      the bias of the last rest, KEEP to twice that before its end      slow, stand
-99-101   NEXT        the bias that will be there next                                  slow, stand
-102      SINCE       since the last rest                                               slow, stand
-103      LEARNED     it has rested once                                                slow, stand
-104      MOVED       it has moved since the start                               slow, level, stand
-105-118  SIGMA       how well each error is known, Q30; see learn       errors, learn, pace, stand
-119-121  RELATED     correlations of scales, Q15: y with z, z with x, x with y       learn, errors
-122-125  SPREAD      (rad/s)^2 Q28 of biases, of the matrix by rate x, y, z                 errors
-126      TILT        sigma of the unknown tilt, rad Q15                               errors, pace
-127-135  MATRIX      what was learned less identity, Q30                             learn, errors
-136      NOISE       g^2 Q30: variance of what no error explains                     learn, errors
-137      LOOKS       so far, at most 2^15 - 1                                        learn, errors
-138      YAW_NOISE   rad^2 Q32: variance of the yaw by what no view shows              learn, slow
-139-151  YAW_VIEW    VIEW of the yaw                                                   learn, slow
-152-153  ROLL        mdeg, then the pitch; the first of the results              step, stand, turn
-154      YAW         mdeg; what follows is forgotten after a gap                        step, turn
-155-157  RATES       mdps                                                              step, stand
-158-160  FORCE       calibrated accelerometer, counts                                         step
-161      AT_REST     1 or 0                                                                   slow
-162      UNCERTAIN   1 or 0                                                            pace, level
-163      TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off   step, level, stand, turn
-164-166  LAST        inc of the last sample, as learned                          step, stand, turn
-167-169  FRACTION    of the bias, Q8: what waits                                              step
-170      VX          velocity that should not be there, g * 2^24                 step, pace, learn
-171      VY          the same                                                    step, pace, learn
-172      PX          position that should not be there, g * 2^24                 step, pace, learn
-173      PY          the same                                                    step, pace, learn
-174      K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15                          pace
-175      K_SHIFT     see K                                                             pace, level
-176      K_HALF      2^(K_SHIFT - 1), to round                                                pace
-177      MOST_G      of a position that corrects, g * 2^24                             pace, level
-178      LEFT        time until the block is full, nominal samples Q15           step, slow, level
-179      COUNT       samples in this block so far                                step, slow, level
-180      OVER        the gyro was over its range in this block                   step, pace, level
-181      STUCK       the accelerometer was over its range in this block          step, pace, level
-182-187  SUM         of the block: inc with the bias in it, calibrated counts           step, slow
-188-193  MEAN        sums of the last half second, the accelerometer's in Q6                  slow
-194-196  FIRST       the accelerometer's when it became still                                 slow
-197      KEPT        since it changed                                                         slow
-198-200  UP          acceleration in the earth frame, counts * samples                        slow
-201      UP_SAMPLES  how many are in it                                                       slow
-202-204  NOW         the same of this block, g Q12                                            slow
-205      AGE         since the start, or since the attitude was lost             slow, pace, stand
-206      STILL       for how long it has been still, at most REST                             slow
-207      STEADY      for how long it would be, whatever the bias, at most STEADY_MAX          slow
-208      RESTED      for how long it has been at rest, at most RESTED_MAX                     slow
-209      GAIN        gain * dt, Q24                                                    pace, stand
-210-212  SQUARES     mean squares of the rates, (rad/s)^2 Q12                                 pace
-213      LEVEL       level acceleration of late, g Q20                                        pace
-214      SEEN        for how long it has been seen, at most 3 s                         slow, pace
-215-216  PUSHED      speed that passed for acceleration, g blocks Q8                          pace
-217      SHAKE       mean square of the position, g^2 Q30                                     pace
-218      EVENT       what has happened: bits, see pace                     slow, pace, stand, turn
-219      WORK        what a tick has to do: 30, 31 pace, 1-25 learn              slow, pace, learn
-220      WAIT        until the next look                                                      pace
-221      AXIS        to look at                                                               pace
-222      FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed, 16 look  pace
-223      G           gain * span, Q15                                                         pace
-224-226  TURN        of the block about the sensor's axes, rad Q15                            slow
-227-235  ROWS        rotation matrix at the end of the block, Q15                             slow
-236-241  LAST_ROWS   its first two rows at the end of the one before                          pace
-242-247  MID         mean over the block of row y, of row -x, Q14                             pace
-248-325  VIEW        Q20: tilt, velocity, position by 13 errors; of level x, of y      learn, pace
-326-327  EXPLAINED   g^2 Q30: variance of the positions by the errors                  learn, pace
-328-340  SHARE       of a position by the sigma of each error, Q(20 - SCALED); changes, Q28  learn
-341-353  TOLD        what is seen of each error, by its sigma, Q15                           learn
-354      SCALED      see SHARE                                                               learn
-355      QUIET       variance of the position without errors, in SHARE's scale               learn
-356      NU          the position by its sigma, Q13                                          learn
-357-359  CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                              learn
-"""
+# Its numbers stand in one array of 32-bit integers that the files of this folder share. A constant
+# of viper code must be local to its file to be free, so what stands once is this list, and a test
+# holds every const() of the folder against it. "inc" is a rate times the nominal dt / 4 in 2^-30
+# rad, "sum" is inc times samples, Qn a number times 2^n; spans of time are counts of blocks.
+# Written by: set (coefficients and base: set-up, calibration, period), the files by their names.
+#
+# place   name        format and meaning                                                 written by
+# 0-11    ACCEL       Q14: accelerometer's 9 coefficients, 3 offsets (folding)                  set
+# 12-23   GYRO        9 coefficients, 3 offsets, to inc times 2^GYRO_SHIFT                      set
+# 24      GYRO_SHIFT  how far the gyro's sums are shifted down                                  set
+# 25      STEP        the period by the nominal one, Q15                                        set
+# 26      RATE        mdps are inc times RATE / 2^15 >> RATE_SHIFT                              set
+# 27      RATE_SHIFT  see RATE                                                                  set
+# 28      E_SHIFT     counts * 2^13 >> E_SHIFT is g * 2^24                                      set
+# 29      LAG_PRE     lag_s * rate, an angle Q15, is (inc >> LAG_PRE) * LAG >> LAG_POST         set
+# 30      LAG         see LAG_PRE                                                               set
+# 31      LAG_POST    see LAG_PRE                                                               set
+# 32      ONE         2^30, which is no small integer                                           set
+# 33      N           samples in a block; from here on in the order of set_up                   set
+# 34      MEAN_K      of the half-second means, Q15                                             set
+# 35      STILL_GYRO  sum                                                                       set
+# 36      STILL_ACCEL counts * samples, Q6                                                      set
+# 37      SHAKEN      the same of one sample                                                    set
+# 38      TILTED      the same of the means                                                     set
+# 39      NEAR        sum: the mean rate so near a bias is one                                  set
+# 40      DRIFT       sum Q8: so much further for each block since the last rest                set
+# 41      LIMIT       sum: at most, after the first rest                                        set
+# 42      START_LIMIT sum: and before                                                           set
+# 43      STEADY_MAX  for how long a rate must be steady to be a bias up to LIMIT               set
+# 44      REST        how long it must be still                                                 set
+# 45      RESTED_MAX  averaging time of the bias at rest                                        set
+# 46      KEEP        how old the bias is that a rest leaves                                    set
+# 47      YOUNG       how long the mean alone levels                                            set
+# 48      OLD         the age that a rest gives, and the largest                                set
+# 49      RAMP        gain * dt, Q24, times age                                                 set
+# 50      K_MOTION    gain * dt, Q24                                                            set
+# 51      K_REST      the same                                                                  set
+# 52      HALF_G      counts                                                                    set
+# 53      LOST        samples in 2 s                                                            set
+# 54      MG          counts * samples to g Q12: times MG / 2^15 >> MG_SHIFT                    set
+# 55      MG_SHIFT    see MG                                                                    set
+# 56      RATE_K      of the mean squares of the rates and of LEVEL, Q15                        set
+# 57      PER_SPAN2   1 / span^2, 1 / s^2: makes squares of rates of those of turns             set
+# 58      SUM_RAD     rad/s to sum, 2^-9 of it                                                  set
+# 59      INC_RAD     rad/s to inc Q8                                                           set
+# 60      SPAN        s, Q15                                                                    set
+# 61      FASTER      Q12, times the gyro's error: how much faster the loop shall be            set
+# 62      MOST        rad/s, Q24: the correction's limit is this and MOST_SIGMAS (Q8)           set
+# 63      MOST_SIGMAS see MOST                                                                  set
+# 64      TOP         square of a speed that no body has, (g blocks)^2 Q12                      set
+# 65      TOP_K       of its leak, Q15                                                          set
+# 66      WALK        (rad/s)^2 between two looks, Q44                                          set
+# 67      WALKS       rad/s, Q32: a bias is further from the last rest's for each block         set
+# 68      SHAKE_K     of SHAKE, Q15                                                             set
+# 69      KEEPS       of the yaw's view of a bias, Q15                                          set
+# 70      LOOK        between two looks                                                         set
+# 71      VIEW_N      errors that the view follows in a tick                                    set
+# 72      START       sigma of a bias before the first rest, rad/s Q30                          set
+# 73      SCALE       sigma of a scale, Q30                                                     set
+# 74      CROSS       the same of the matrix' other elements; the last coefficient              set
+# 75      SEQ         steps so far, modulo 2^30; the first of the state                        step
+# 76      W           quaternion, sensor to earth, Q30        step, slow, level, learn, stand, turn
+# 77      X           the same                                step, slow, level, learn, stand, turn
+# 78      Y           the same                                step, slow, level, learn, stand, turn
+# 79      Z           the same                                step, slow, level, learn, stand, turn
+# 80      BEGIN       the next sample is a block: 1 new means, 2 and yaw 0       slow, level, stand
+# 81-83   BIAS        inc Q8                                                     slow, learn, stand
+# 84-95   USED        GYRO as learned                                                        errors
+# 96-98   BEFORE      the bias of the last rest, KEEP to twice that before its end      slow, stand
+# 99-101  NEXT        the bias that will be there next                                  slow, stand
+# 102     SINCE       since the last rest                                               slow, stand
+# 103     LEARNED     it has rested once                                                slow, stand
+# 104     MOVED       it has moved since the start                               slow, level, stand
+# 105-118 SIGMA       how well each error is known, Q30; see learn       errors, learn, pace, stand
+# 119-121 RELATED     correlations of scales, Q15: y with z, z with x, x with y       learn, errors
+# 122-125 SPREAD      (rad/s)^2 Q28 of biases, of the matrix by rate x, y, z                 errors
+# 126     TILT        sigma of the unknown tilt, rad Q15                               errors, pace
+# 127-135 MATRIX      what was learned less identity, Q30                             learn, errors
+# 136     NOISE       g^2 Q30: variance of what no error explains                     learn, errors
+# 137     LOOKS       so far, at most 2^15 - 1                                        learn, errors
+# 138     YAW_NOISE   rad^2 Q32: variance of the yaw by what no view shows              learn, slow
+# 139-151 YAW_VIEW    VIEW of the yaw                                                   learn, slow
+# 152-153 ROLL        mdeg, then the pitch; the first of the results              step, stand, turn
+# 154     YAW         mdeg; what follows is forgotten after a gap                        step, turn
+# 155-157 RATES       mdps                                                              step, stand
+# 158-160 FORCE       calibrated accelerometer, counts                                         step
+# 161     AT_REST     1 or 0                                                                   slow
+# 162     UNCERTAIN   1 or 0                                                            pace, level
+# 163     TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off   step, level, stand, turn
+# 164-166 LAST        inc of the last sample, as learned                          step, stand, turn
+# 167-169 FRACTION    of the bias, Q8: what waits                                              step
+# 170     VX          velocity that should not be there, g * 2^24                 step, pace, learn
+# 171     VY          the same                                                    step, pace, learn
+# 172     PX          position that should not be there, g * 2^24                 step, pace, learn
+# 173     PY          the same                                                    step, pace, learn
+# 174     K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15                          pace
+# 175     K_SHIFT     see K                                                             pace, level
+# 176     K_HALF      2^(K_SHIFT - 1), to round                                                pace
+# 177     MOST_G      of a position that corrects, g * 2^24                             pace, level
+# 178     LEFT        time until the block is full, nominal samples Q15           step, slow, level
+# 179     COUNT       samples in this block so far                                step, slow, level
+# 180     OVER        the gyro was over its range in this block                   step, pace, level
+# 181     STUCK       the accelerometer was over its range in this block          step, pace, level
+# 182-187 SUM         of the block: inc with the bias in it, calibrated counts           step, slow
+# 188-193 MEAN        sums of the last half second, the accelerometer's in Q6                  slow
+# 194-196 FIRST       the accelerometer's when it became still                                 slow
+# 197     KEPT        since it changed                                                         slow
+# 198-200 UP          acceleration in the earth frame, counts * samples                        slow
+# 201     UP_SAMPLES  how many are in it                                                       slow
+# 202-204 NOW         the same of this block, g Q12                                            slow
+# 205     AGE         since the start, or since the attitude was lost             slow, pace, stand
+# 206     STILL       for how long it has been still, at most REST                             slow
+# 207     STEADY      for how long it would be, whatever the bias, at most STEADY_MAX          slow
+# 208     RESTED      for how long it has been at rest, at most RESTED_MAX                     slow
+# 209     GAIN        gain * dt, Q24                                                    pace, stand
+# 210-212 SQUARES     mean squares of the rates, (rad/s)^2 Q12                                 pace
+# 213     LEVEL       level acceleration of late, g Q20                                        pace
+# 214     SEEN        for how long it has been seen, at most 3 s                         slow, pace
+# 215-216 PUSHED      speed that passed for acceleration, g blocks Q8                          pace
+# 217     SHAKE       mean square of the position, g^2 Q30                                     pace
+# 218     EVENT       what has happened: bits, see pace                     slow, pace, stand, turn
+# 219     WORK        what a tick has to do: 30, 31 pace, 1-25 learn              slow, pace, learn
+# 220     WAIT        until the next look                                                      pace
+# 221     AXIS        to look at                                                               pace
+# 222     FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed, 16 look  pace
+# 223     G           gain * span, Q15                                                         pace
+# 224-226 TURN        of the block about the sensor's axes, rad Q15                            slow
+# 227-235 ROWS        rotation matrix at the end of the block, Q15                             slow
+# 236-241 LAST_ROWS   its first two rows at the end of the one before                          pace
+# 242-247 MID         mean over the block of row y, of row -x, Q14                             pace
+# 248-325 VIEW        Q20: tilt, velocity, position by 13 errors; of level x, of y      learn, pace
+# 326-327 EXPLAINED   g^2 Q30: variance of the positions by the errors                  learn, pace
+# 328-340 SHARE       of a position by the sigma of each error, Q(20 - SCALED); changes, Q28  learn
+# 341-353 TOLD        what is seen of each error, by its sigma, Q15                           learn
+# 354     SCALED      see SHARE                                                               learn
+# 355     QUIET       variance of the position without errors, in SHARE's scale               learn
+# 356     NU          the position by its sigma, Q13                                          learn
+# 357-359 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                              learn
 
 import micropython
 from micropython import const
