@@ -94,7 +94,7 @@ def test_the_cost_of_a_sample(board, rate_hz, record_property):
     header is sent; all but the line itself."""
     board.exec(
         f"app.set('rate_hz', {rate_hz})\napp.telemetry.console = Sink(kept)\n"
-        "app.foreground._look = lambda app: None\n"  # which falls into one window and not the other
+        "app.foreground._look = lambda app: None\n"  # it falls into one window and not the other
         "app.foreground._part = 0"  # none is under way
     )
     alone = rounds(board)

@@ -3,7 +3,7 @@
 attitude.Slow, with attitude.Bounds. Once per block, the two samples after slow.
 
 Bits of EVENT: 1 rest begins, 2 rest ends, 4 the attitude was lost, 8 the tilt is unknown, 32 the
-block turned too far, 64 the mean has levelled. One function, since calls cost room.
+block turned too far, 64 the mean has levelled.
 
 Places and formats: this folder's __init__.
 """
@@ -71,144 +71,145 @@ _DOUBTED = const(5881000)  # 3 degrees
 
 
 @micropython.viper
-def pace(array):
-    """30: the gain of the next block, and what has happened in this one; 31: how far the
-    correction goes, what to claim, and whether to look.
-    """
+def gain(array):
+    """30: the gain of the next block, and what has happened in this one."""
     s = ptr32(array)
-    if s[_WORK] == 30:
-        event = s[_EVENT]
-        s[_EVENT] = 0
-        if s[_OVER]:  # the gyro has lost a part of a turn: as unsure as just after the start
-            s[_OVER] = 0
-            event |= 24
-            if s[_AGE] > s[_YOUNG]:
-                s[_AGE] = s[_YOUNG] + 1
-        if event & 1:
-            i = _SIGMA
-            while i < _SIGMA + 3:
-                s[i] = _REST_SIGMA
-                i += 1
-            s[_SIGMA + 12] = 0
-            s[_SIGMA + 13] = 0
-            spread(array)
-
-        # by how much a level rate may be wrong, rad/s Q14; below 1
-        error = s[_SPREAD]
-        i = 0
-        while i < 3:
-            t = s[_SQUARES + i]
-            m = s[_SPREAD + 1 + i]
-            if m >> 20:
-                m = 1048575
-            k = t >> 18
-            if k >> 9:
-                k = 511
-            error += k * m + ((m >> 2) * ((t & 0x3FFFF) >> 8) >> 8)
-            if error >> 28:
-                error = 268435455
+    event = s[_EVENT]
+    s[_EVENT] = 0
+    if s[_OVER]:  # the gyro has lost a part of a turn: as unsure as just after the start
+        s[_OVER] = 0
+        event |= 24
+        if s[_AGE] > s[_YOUNG]:
+            s[_AGE] = s[_YOUNG] + 1
+    if event & 1:
+        i = _SIGMA
+        while i < _SIGMA + 3:
+            s[i] = _REST_SIGMA
             i += 1
-        error = int(isqrt(error // 3 << 1))
-        s[_G] = error  # for the next sample
+        s[_SIGMA + 12] = 0
+        s[_SIGMA + 13] = 0
+        spread(array)
 
-        # level acceleration of late
-        t = s[_LEVEL]
-        if event & 32 == 0:
-            x = s[_NOW]
-            x ^= x >> 31
-            y = s[_NOW + 1]
-            y ^= y >> 31
-            if x >> 15:
-                x = 32767
-            if y >> 15:
-                y = 32767
-            t = (int(hypot(x, y)) << 8) - t
-            k = s[_RATE_K]
-            n = s[_SEEN] + 1
-            if n * k < 32768:
-                s[_SEEN] = n
-                if n:
-                    t //= n
-            else:
-                t = (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
-            t += s[_LEVEL]
-            s[_LEVEL] = t
+    # by how much a level rate may be wrong, rad/s Q14; below 1
+    error = s[_SPREAD]
+    i = 0
+    while i < 3:
+        t = s[_SQUARES + i]
+        m = s[_SPREAD + 1 + i]
+        if m >> 20:
+            m = 1048575
+        k = t >> 18
+        if k >> 9:
+            k = 511
+        error += k * m + ((m >> 2) * ((t & 0x3FFFF) >> 8) >> 8)
+        if error >> 28:
+            error = 268435455
+        i += 1
+    error = int(isqrt(error // 3 << 1))
+    s[_G] = error  # for the next sample
 
-        # the gain times dt, Q24: none at first, then high, then by what the gyro may err beside
-        # what accelerations do
-        last = s[_GAIN]
-        gain = 0
-        if s[_AGE] >= s[_YOUNG]:
-            k = error * s[_FASTER] // (197 + ((t >> 10) * 3932 >> 10))  # Q10
-            if k >> 14:
-                k = 16384
-            f = 1024
-            if k >> 10:
-                f = int(isqrt(k << 10))
-            k = s[_K_MOTION]
-            gain = (k >> 10) * f + ((k & 1023) * f >> 10)
-            if gain >> 22:
-                gain = 4194303
-            k = s[_RAMP] // s[_AGE]
-            if gain < k:
-                gain = k
-            if s[_AT_REST] and gain < s[_K_REST]:
-                gain = s[_K_REST]
-        s[_GAIN] = gain
-        m = gain
-        k = 9
-        while m >> 15:
-            m >>= 1
-            k -= 1
-        s[_K] = m
-        s[_K_SHIFT] = k
-        s[_K_HALF] = 1 << k >> 1
+    # level acceleration of late
+    t = s[_LEVEL]
+    if event & 32 == 0:
+        x = s[_NOW]
+        x ^= x >> 31
+        y = s[_NOW + 1]
+        y ^= y >> 31
+        if x >> 15:
+            x = 32767
+        if y >> 15:
+            y = 32767
+        t = (int(hypot(x, y)) << 8) - t
+        k = s[_RATE_K]
+        n = s[_SEEN] + 1
+        if n * k < 32768:
+            s[_SEEN] = n
+            if n:
+                t //= n
+        else:
+            t = (t >> 15) * k + ((t & 0x7FFF) * k >> 15)
+        t += s[_LEVEL]
+        s[_LEVEL] = t
 
-        # at rest there is no velocity; one that ends the rest goes on, in the new gain's scale
-        if event & 7:
-            k = 0
-            if event & 2 and last > 127 and event & 4 == 0:
-                k = (gain << 8) // (last >> 7)
-                if k >> 16:
-                    k = 65535
-            i = 0
-            while i < 4:
-                if i == 2:
-                    k = k * (k >> 1) >> 14
-                m = s[_VX + i]
-                s[_VX + i] = (m >> 15) * k + ((m & 0x7FFF) * k >> 15)
-                i += 1
-        if event & 55:  # what has shown so far belongs to what is over
-            i = _VIEW
-            while i < _EXPLAINED:
-                s[i] = 0
-                i += 1
-        if event & 74 and s[_AT_REST] == 0:  # a tilt is unknown from now on
-            m = _REST_TILT
-            if event & 8:
+    # the gain times dt, Q24: none at first, then high, then by what the gyro may err beside
+    # what accelerations do
+    last = s[_GAIN]
+    gain = 0
+    if s[_AGE] >= s[_YOUNG]:
+        k = error * s[_FASTER] // (197 + ((t >> 10) * 3932 >> 10))  # Q10
+        if k >> 14:
+            k = 16384
+        f = 1024
+        if k >> 10:
+            f = int(isqrt(k << 10))
+        k = s[_K_MOTION]
+        gain = (k >> 10) * f + ((k & 1023) * f >> 10)
+        if gain >> 22:
+            gain = 4194303
+        k = s[_RAMP] // s[_AGE]
+        if gain < k:
+            gain = k
+        if s[_AT_REST] and gain < s[_K_REST]:
+            gain = s[_K_REST]
+    s[_GAIN] = gain
+    m = gain
+    k = 9
+    while m >> 15:
+        m >>= 1
+        k -= 1
+    s[_K] = m
+    s[_K_SHIFT] = k
+    s[_K_HALF] = 1 << k >> 1
+
+    # at rest there is no velocity; one that ends the rest goes on, in the new gain's scale
+    if event & 7:
+        k = 0
+        if event & 2 and last > 127 and event & 4 == 0:
+            k = (gain << 8) // (last >> 7)
+            if k >> 16:
+                k = 65535
+        i = 0
+        while i < 4:
+            if i == 2:
+                k = k * (k >> 1) >> 14
+            m = s[_VX + i]
+            s[_VX + i] = (m >> 15) * k + ((m & 0x7FFF) * k >> 15)
+            i += 1
+    if event & 55:  # what has shown so far belongs to what is over
+        i = _VIEW
+        while i < _EXPLAINED:
+            s[i] = 0
+            i += 1
+    if event & 74 and s[_AT_REST] == 0:  # a tilt is unknown from now on
+        m = _REST_TILT
+        if event & 8:
+            m = _START_TILT
+        elif event & 64:  # what accelerated while the mean levelled, and turned unseen
+            t >>= 5
+            if t >> 14:
+                t = 16383
+            m = int(isqrt(t * t + (s[_SPREAD] >> 2) * 3)) << 15
+            if m > _START_TILT:
                 m = _START_TILT
-            elif event & 64:  # what accelerated while the mean levelled, and turned unseen
-                t >>= 5
-                if t >> 14:
-                    t = 16383
-                m = int(isqrt(t * t + (s[_SPREAD] >> 2) * 3)) << 15
-                if m > _START_TILT:
-                    m = _START_TILT
-            s[_SIGMA + 12] = m
-            s[_SIGMA + 13] = m
-            s[_TILT] = (m >> 15) * 46341 >> 15
-            t = 1048576
-            i = _VIEW + 12
-            while i < _EXPLAINED:
-                s[i] = t
-                t = 0
-                i += 13
-                if i == _VIEW + 51:
-                    t = 1048576
-        s[_FLAGS] = 0 if gain and event & 32 == 0 else 8
-        s[_WORK] = 31
-        return
+        s[_SIGMA + 12] = m
+        s[_SIGMA + 13] = m
+        s[_TILT] = (m >> 15) * 46341 >> 15
+        t = 1048576
+        i = _VIEW + 12
+        while i < _EXPLAINED:
+            s[i] = t
+            t = 0
+            i += 13
+            if i == _VIEW + 51:
+                t = 1048576
+    s[_FLAGS] = 0 if gain and event & 32 == 0 else 8
+    s[_WORK] = 31
 
+
+@micropython.viper
+def pace(array):
+    """31: how far the correction goes, what to claim, and whether to look."""
+    s = ptr32(array)
     # how far: what the gyro does not explain is an acceleration, unless it makes too much speed
     flags = s[_FLAGS]
     x = s[_PX]
