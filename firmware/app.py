@@ -299,6 +299,8 @@ class App:
     def stream(self):
         """The firmware.stream.Stream, loaded when somebody wants it."""
         if not self._stream:
+            if not self.running or self.tick_kind == "hard":  # a soft tick would wait
+                gc.collect()  # else its code is strewn all over the heap, behind garbage
             from firmware.stream import Stream
 
             self._stream = Stream(self)

@@ -2,6 +2,7 @@
 """What can be streamed: names, units, scales, and where in the tick's arrays each stands."""
 
 import binascii
+import gc
 import json
 import sys
 from array import array
@@ -120,6 +121,7 @@ class Text:
         self.size = 0
         self._write(head)
         if self.size > len(self.data):
+            gc.collect()  # else it lies behind what the writing has left
             self.data = bytearray(self.size + self.size // 4)
             self.make(head)
 

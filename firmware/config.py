@@ -137,11 +137,13 @@ class Config:
             from firmware import store
 
             stored, warnings = store.load(path, _KIND, _VERSION, by_hand=True)
-        for name in sorted(stored or ()):
-            try:
-                self.set(name, stored[name])
-            except ValueError as error:
-                warnings.append("%s: %s; default used" % (path, error))
+        with Briefly("firmware.texts"):
+            for name in sorted(stored or ()):
+                try:
+                    self.set(name, stored[name])
+                except ValueError as error:
+                    __import__("firmware.texts")  # once for all of them
+                    warnings.append("%s: %s; default used" % (path, error))
         return warnings
 
     def save(self, path=None):

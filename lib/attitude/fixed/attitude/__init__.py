@@ -144,7 +144,7 @@ import micropython
 from micropython import const
 
 from attitude.counts import known
-from attitude.fixed.attitude.coefficients import INC_PER_DPS, set_up
+from attitude.fixed.attitude.coefficients import INC_PER_DPS, know, set_up
 from attitude.fixed.attitude.errors import know_nothing, spread, use
 from attitude.fixed.attitude.level import begin, begin_again, without_yaw
 from attitude.fixed.attitude.step import step
@@ -201,7 +201,9 @@ class Attitude(Fixed):
         now = known(cal)
         if now != self._known:
             self._known = now
-            self._set_up(**self._settings)
+            settings = now.copy()
+            settings.update(self._settings)
+            know(self.pending, **settings)
 
     step = step
     keep = keep

@@ -22,6 +22,9 @@ _LAG = const(30)
 _LAG_POST = const(31)
 _ONE = const(32)
 _N = const(33)
+_START = const(72)
+_SCALE = const(73)
+_CROSS = const(74)
 
 
 def set_up(
@@ -120,12 +123,17 @@ def set_up(
         32768 * (1 - span / 40) + 0.5,
         look,
         (13 + ticks - 1) // ticks,
-        max(65536, radians(start_sigma_dps) * _Q30),
-        scale_sigma * _Q30,
-        cross_sigma * _Q30,
     )
     for i, value in enumerate(coefficients):
         s[_N + i] = int(value)
+    know(s, start_sigma_dps, scale_sigma)
+    s[_CROSS] = int(cross_sigma * _Q30)
+
+
+def know(s, start_sigma_dps=10, scale_sigma=0.02, **others):
+    """Of set_up() what a calibration tells."""
+    s[_START] = int(max(65536, radians(start_sigma_dps) * _Q30))
+    s[_SCALE] = int(scale_sigma * _Q30)
 
 
 def _gain(k):
