@@ -278,3 +278,34 @@ def test_a_gap_teaches_nothing_that_nobody_has_seen(every, known):
         n += 1
     scale, sigma, *_ = filt.learned()
     assert max(map(abs, scale)) < 0.75 * known and max(sigma) < known
+
+
+def pushed(t):
+    """0.4 g to and fro along x, each for two seconds."""
+    along = 0.4 * np.sign(np.sin(np.pi * t / 2)) * (t > 4.0)
+    return np.column_stack([along, 0 * t, 0 * t])
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 5, 10, 20])
+def test_after_a_gap_in_a_turn_what_pushes_is_no_more_believed_than_before(samples):
+    """The gap is bridged by true rates, so that it hides little: no reason to level anew."""
+    motion = Motion(40, by_hand, pushed)
+    rows = motion.read()
+    counts = np.column_stack([rows[:, 3:] * 4096, rows[:, 0] * 0, rows[:, :3] * 65.5]).round()
+    worst = []
+    for gaps in (False, True):
+        filt, row = fixed.Attitude(motion.rate_hz, 500, 8, lag_s=0.0), array("h", [0] * 7)
+        quats, n = [], 0
+        while n < len(counts):
+            if gaps and n > 1000 and n % 300 == 0:
+                before, after = [array("h", counts[k].astype(int)) for k in (n - 1, n + samples)]
+                filt.keep()
+                filt.turn(before, after, round((samples + 1) * 1e6 / motion.rate_hz) - 10000)
+                quats += [[np.nan] * 4] * samples
+                n += samples
+            row[:] = array("h", [int(c) for c in counts[n]])
+            filt.step(row)
+            quats.append(filt.quaternion())
+            n += 1
+        worst.append(np.nanmax(motion.tilt_error_deg(np.array(quats))[1000:]))
+    assert worst[1] < worst[0] + 3.0

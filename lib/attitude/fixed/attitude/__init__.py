@@ -139,6 +139,7 @@
 # 355     QUIET       variance of the position without errors, in SHARE's scale               learn
 # 356     NU          the position by its sigma, Q13                                          learn
 # 357-359 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                              learn
+# 360     HIDDEN      tilt that a gap may hide, rad Q15                                        turn
 
 import micropython
 from micropython import const
@@ -162,7 +163,7 @@ _ROLL = const(152)
 _AT_REST = const(161)
 _UNCERTAIN = const(162)
 _STATE = const(75)
-_STATE_END = const(360)
+_STATE_END = const(361)
 
 
 class Attitude(Fixed):

@@ -23,7 +23,7 @@ _RATES = const(155)
 _UNCERTAIN = const(162)
 _MOVED = const(104)
 _STATE = const(75)
-_STATE_END = const(360)
+_STATE_END = const(361)
 
 
 @micropython.viper

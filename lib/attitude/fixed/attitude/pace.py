@@ -3,7 +3,7 @@
 attitude.Slow, with attitude.Bounds. Once per block, the two samples after slow.
 
 Bits of EVENT: 1 rest begins, 2 rest ends, 4 the attitude was lost, 8 the tilt is unknown, 32 the
-block turned too far, 64 the mean has levelled.
+block turned too far, 64 the mean has levelled, 128 a gap may hide a turn (HIDDEN).
 
 Places and formats: this folder's __init__.
 """
@@ -65,6 +65,8 @@ _LOOKS = const(137)
 _EXPLAINED = const(326)
 _REST_SIGMA = const(187402)  # 0.01 deg/s: how well a rest tells the bias; Q30
 _REST_TILT = const(3748040)  # 0.2 degrees: how well it has seen the tilt that it leaves
+_HIDDEN = const(360)
+_UNTAUGHT = const(-50)  # blocks: until the loop has taken off what a gap has hidden
 _START_TILT = const(281120000)  # 15 degrees: how well a mean levels
 _CLAIMED = const(647600)  # rad^2 Q30, twice a level axis' variance less the least: 1 degree
 _DOUBTED = const(5881000)  # 3 degrees
@@ -180,10 +182,17 @@ def gain(array):
         while i < _EXPLAINED:
             s[i] = 0
             i += 1
-    if event & 74 and s[_AT_REST] == 0:  # a tilt is unknown from now on
+    if event & 202 and s[_AT_REST] == 0:  # a tilt is unknown from now on
         m = _REST_TILT
         if event & 8:
             m = _START_TILT
+        elif event & 128:
+            m = s[_HIDDEN] << 15
+            if m < s[_SIGMA + 12]:
+                m = s[_SIGMA + 12]
+            if m < s[_SIGMA + 13]:
+                m = s[_SIGMA + 13]
+            s[_WAIT] = _UNTAUGHT
         elif event & 64:  # what accelerated while the mean levelled, and turned unseen
             t >>= 5
             if t >> 14:
@@ -312,7 +321,10 @@ def pace(array):
         s[_WORK] = 0
         return
     s[_WORK] = 1
-    if flags & 8 == 0:
+    if s[_WAIT] < 0:
+        flags |= 8
+        s[_WAIT] += 1
+    elif flags & 8 == 0:
         s[_WAIT] += 1
     k = s[_LOOK]
     if s[_LOOKS] >> 8:  # later looks are rarer

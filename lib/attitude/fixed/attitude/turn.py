@@ -27,7 +27,9 @@ _ROLL = const(152)
 _USED = const(84)
 _YAW = const(154)
 _EVENT = const(218)
+_HIDDEN = const(360)
 _SEEN_US = const(20000)  # over which a straight line is as good as samples
+_MOST_HIDDEN = const(8579)  # 15 degrees, Q15
 _STEPS = const(128)  # at most: a second at 2000 deg/s, 16 degrees each
 
 
@@ -57,6 +59,7 @@ def turn(self, before: ptr16, after: ptr16, dt_us: int):
     s[_Z] = kept[3]
     # inc before to 4-6, their way to inc after to 7-9; the largest of all six
     most = 0
+    change = 0
     row = 0
     while row < 3:
         at = _USED + 3 * row
@@ -74,6 +77,10 @@ def turn(self, before: ptr16, after: ptr16, dt_us: int):
         kept[4 + row] = first
         kept[7 + row] = last - first
         s[_LAST + row] = last
+        x = last - first
+        x ^= x >> 31
+        if x > change:
+            change = x
         first ^= first >> 31
         last ^= last >> 31
         if first > most:
@@ -84,7 +91,12 @@ def turn(self, before: ptr16, after: ptr16, dt_us: int):
     # steps of at most 1/8 rad of half angle; r: periods in a step, Q10
     t = (dt_us << 8) // period16
     n = 1 + ((most >> 14) * t >> 16)
-    s[_EVENT] |= 40 if dt_us > _SEEN_US else 32  # what nobody has seen teaches nothing
+    s[_EVENT] |= 32  # what nobody has seen teaches nothing
+    if dt_us > _SEEN_US:  # and may hide some of its turn, more of one that changes
+        s[_EVENT] |= 128
+        f = (dt_us << 4) // period16
+        k = ((most >> 14) * f >> 5) + ((change >> 14) * f >> 3)
+        s[_HIDDEN] = k if k < _MOST_HIDDEN else _MOST_HIDDEN
     if n > _STEPS:
         n = _STEPS
     r = ((dt_us << 4) // n << 6) // (period16 >> 4)
