@@ -299,12 +299,16 @@ class App:
     def stream(self):
         """The firmware.stream.Stream, loaded when somebody wants it."""
         if not self._stream:
-            if not self.running or self.tick_kind == "hard":  # a soft tick would wait
-                gc.collect()  # else its code is strewn all over the heap, behind garbage
+            self._tidy()
             from firmware.stream import Stream
 
             self._stream = Stream(self)
         return self._stream
+
+    def _tidy(self):
+        """What stays shall not be strewn over the heap, behind garbage. Soft ticks would wait."""
+        if not self.running or self.tick_kind == "hard":
+            gc.collect()
 
     def _take_back(self, names, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
@@ -340,6 +344,7 @@ class App:
         if pace or _any(names, CHIP):
             wiring.change(self, pace)
         else:
+            self._tidy()
             if "filter" in names:
                 wiring.renew(self, self.filter)
             elif _any(names, filters.SETTINGS[config.filter]):
