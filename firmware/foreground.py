@@ -10,6 +10,7 @@ A soft tick waits while it runs, so a look is made in parts, after a tick each.
 
 import sys
 
+import micropython
 from micropython import const, stack_use
 
 from firmware import ctrl_c, wiring
@@ -59,6 +60,7 @@ class Foreground:
         self._part = _REGISTER  # any other: a look is under way
         self._clock_off = False
 
+    @micropython.native
     def _after(self, _):
         self._words[_WAITING] = 0
         try:
@@ -75,6 +77,7 @@ class Foreground:
         self._put_off = self._put_off + 1 if wait else 0
         return wait
 
+    @micropython.native
     def _turn(self, app):
         words, bus = self._words, app.bus
         patient, bus.patient = bus.patient, False  # a soft tick cannot run while this does

@@ -7,6 +7,7 @@ holds the bus for long; each transfer takes the lock by itself (the driver's `lo
 
 import time
 
+import micropython
 from micropython import const
 
 from firmware.faults import policy
@@ -57,6 +58,7 @@ class Mend:
         """Whether there is nothing to do."""
         return self._doing == _WELL and not self._words[_IN_ROW]
 
+    @micropython.native
     def run(self):
         """A step, where one is due; nothing while somebody else holds the bus."""
         words = self._words
@@ -88,6 +90,7 @@ class Mend:
         """Count what a transfer of the foreground raised."""
         self._count(_cause(error))
 
+    @micropython.native
     def _decide(self, cause, in_row):
         if cause == policy.UNVERIFIED:
             if in_row and not self._words[_SURE]:
@@ -99,7 +102,9 @@ class Mend:
         self._acted = in_row
         if action == policy.RECOVER:
             with self._bus:
-                self._imu.use_bus(self._board.recover())
+                i2c = self._board.recover()
+                if i2c is not self._imu.bus:  # else 3 ms of reading where it is, all allocating
+                    self._imu.use_bus(i2c)
         elif action == policy.VERIFY:
             self._go(_VERIFY)
         elif action == policy.RESET:

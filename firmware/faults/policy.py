@@ -8,6 +8,7 @@ to their safe values. The tick counts; the foreground decides here and acts (fir
 
 from collections import namedtuple
 
+import micropython
 from micropython import const
 
 HOLD = const(0)  # nothing but the prediction; the next tick tries again
@@ -52,6 +53,7 @@ _RARELY = const(8)  # times the count of the table: how often at least the actio
 _BLIND = const(2)  # nacks in a row, where a stuck bus is told by the same error
 
 
+@micropython.native
 def action(cause, in_row, acted, blind=False):
     """What to do about `in_row` ticks in a row without a good sample, the last fault `cause`.
 

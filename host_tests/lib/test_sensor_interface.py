@@ -21,8 +21,8 @@ NAMES = [
     "counts", "gyro_lsb_per_dps", "accel_lsb_per_g", "gyro_range_dps", "accel_range_g", "rate_hz",
     "dlpf_hz", "delay_s", "who_am_i", "address", "profile", "split", "asleep", "read", "collect",
     "plausible", "accel_g", "gyro_dps", "temp_c", "lock", "start", "poll", "fetch", "expire",
-    "finish", "set_up", "data_ready", "use_bus", "rows", "rewind", "check", "recheck", "repair",
-    "same_part", "adopt", "reset_chip", "reset_paths", "reset", "configure", "wake",
+    "finish", "set_up", "data_ready", "bus", "use_bus", "rows", "rewind", "check", "recheck",
+    "repair", "same_part", "adopt", "reset_chip", "reset_paths", "reset", "configure", "wake",
 ]  # fmt: skip
 
 
@@ -171,7 +171,7 @@ def test_a_burst_of_before_a_pause_is_not_of_now(kind):
 def test_the_foregrounds_calls_take_the_lock_and_give_it_back(kind):
     with sensor(kind) as (port, _, imu):
         imu.lock = lock = Lock()
-        imu.use_bus(imu.bus if hasattr(imu, "bus") else imu._gyro.bus)
+        imu.use_bus(imu.bus)
         calls = [
             imu.read, imu.check, imu.recheck, imu.repair, imu.same_part,
             lambda: imu.set_up(250, 4, 21, 500), lambda: imu.data_ready(True), imu.reset_chip,

@@ -269,6 +269,11 @@ class MinIMU9:
     def reset_paths(self):
         """Nothing: a reboot has no second step here."""
 
+    @property
+    def bus(self):
+        """The bus object in use."""
+        return self._gyro.bus
+
     def use_bus(self, i2c):
         """Work on this bus object from now on."""
         self._gyro.bus = self._accel.bus = i2c

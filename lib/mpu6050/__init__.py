@@ -16,7 +16,8 @@ What the app asks of a sensor; minimu9.MinIMU9 is another one:
 - for the tick, which take no lock and never raise: `start()`, `poll()` and `fetch()` (1, or
   -errno; poll() 0: nothing of now), `expire(age_us)`; `finish()`: the bus is free now.
   `collect()`: poll() for a loop of one's own, OSError
-- settings: `set_up(gyro_dps, accel_g, dlpf_hz, rate_hz)`, `data_ready(enable)`, `use_bus(i2c)`
+- settings: `set_up(gyro_dps, accel_g, dlpf_hz, rate_hz)`, `data_ready(enable)`, `use_bus(i2c)`;
+  `bus`: the one in use
 - whether it keeps them, row by row: `rows`, `rewind()`, `check()`, `recheck()`, `repair()`;
   whether it is the same: `same_part()`, `adopt()`; anew: `reset_chip()` and 100 ms later
   `reset_paths()`, which is `reset()`, then `configure()`; `wake()`
