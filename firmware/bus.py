@@ -12,7 +12,6 @@ reads all the time cannot starve it.
 import time
 from array import array
 
-import micropython
 from micropython import const
 
 # places; the tick reads the first and sets the second
@@ -40,7 +39,6 @@ class Bus:
         """Whether somebody holds it."""
         return self.words[_HELD] > 0
 
-    @micropython.native
     def take(self):
         """From now on the tick leaves the bus alone."""
         words = self.words

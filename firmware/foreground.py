@@ -10,7 +10,6 @@ A soft tick waits while it runs, so a look is made in parts, after a tick each.
 
 import sys
 
-import micropython
 from micropython import const, stack_use
 
 from firmware import ctrl_c, wiring
@@ -60,13 +59,11 @@ class Foreground:
         self._part = _REGISTER  # any other: a look is under way
         self._clock_off = False
 
-    @micropython.native
     def _after(self, _):
         self._words[_WAITING] = 0
         try:
-            app = self._app
-            if app.running and not self._can_wait(app):  # else it was queued while the loop ended
-                self._turn(app)
+            if self._app.running and not self._can_wait(self._app):
+                self._turn(self._app)  # else it was queued while the loop ended
         except KeyboardInterrupt:
             return ctrl_c.press()
 
@@ -77,7 +74,6 @@ class Foreground:
         self._put_off = self._put_off + 1 if wait else 0
         return wait
 
-    @micropython.native
     def _turn(self, app):
         words, bus = self._words, app.bus
         patient, bus.patient = bus.patient, False  # a soft tick cannot run while this does

@@ -9,8 +9,9 @@
 A frame is 0xFF and 31 bytes without any 0xFF: COBS, inverted, of 28 bytes and their CRC-16. UTF-8
 and the raw REPL never send 0xFF, so whatever follows one is a frame and the rest is text. Samples
 are put by in the tick (firmware.tick.tap: its layout); header and counts are made here. Always
-two frames are written at once, which divides the 256 bytes of the USB buffer: the look before
-each write is enough never to wait for a reader that has gone.
+four frames are written at once, which divides the 256 bytes of the USB buffer: the look before
+each write is enough never to wait for a reader that has gone. Counts fill up the four once a
+second, so that nothing waits longer in a slow stream.
 """
 
 import gc
@@ -52,9 +53,10 @@ _CAUSE = const(1)
 
 HEADER = const(1)  # kinds of frames beside the samples
 COUNTS = const(2)
-_FILL = const(32)  # place in a pair, after its 64 bytes, of 16 bits: how many frames are in it
-_FILLED = const(64)  # the same in bytes
-_PAIRS = const(4)  # written in a row: 256 bytes
+_FRAMES = const(4)  # written at once
+_FILL = const(64)  # place in them, after their 128 bytes, of 16 bits: how many are made
+_FILLED = const(128)  # the same in bytes
+_WRITES = const(2)  # in a row: 256 bytes
 _CALL_MS = const(40)  # at most between two calls
 _STATUS_MS = const(1000)
 _TODO = const(8)  # changes that wait
@@ -69,8 +71,8 @@ _WAITS = const(4)
 
 
 @micropython.viper
-def fill(x: int, crc: int, i: int, ring, pair) -> int:
-    """Frames of the records in the ring until the pair is full; 1 when it is. x, crc, i: 0.
+def fill(x: int, crc: int, i: int, ring, frames) -> int:
+    """Frames of the records in the ring until there are four; 1 when so. x, crc, i: 0.
 
     A function's first three names live in registers, so these are arguments; and a call costs a
     third of a frame, so frames are made here. The CRC takes a word's high byte first: 16 bits at
@@ -78,9 +80,9 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
     """
     control = ptr32(ring)
     words = ptr16(ring)
-    out = ptr16(pair)
-    line = ptr8(pair)
-    while out[_FILL] < 2:
+    out = ptr16(frames)
+    line = ptr8(frames)
+    while out[_FILL] < _FRAMES:
         tail = control[_TAIL]
         mode = control[_MODE]
         if tail == control[_HEAD] or mode == 1 or mode == 2:
@@ -126,11 +128,11 @@ def fill(x: int, crc: int, i: int, ring, pair) -> int:
 
 
 @micropython.viper
-def due(own: ptr32, pair: ptr16, now: int) -> int:
+def due(own: ptr32, frames: ptr16, now: int) -> int:
     """What there is to do first at ticks_ms `now`: 1 the end, 2 a frame that is no sample; 0."""
     if (now - own[_UNTIL] + 0x20000000) & 0x3FFFFFFF > 0x20000000:
         return 1
-    if pair[_FILL] < 2:
+    if frames[_FILL] < _FRAMES:
         if own[_BESIDE] or (now - own[_TOLD] + 0x20000000) & 0x3FFFFFFF >= 0x20000000:
             return 2
     return 0
@@ -144,8 +146,8 @@ class Stream:
 
     def __init__(self, app):
         self._app = app
-        self._pair = bytearray(66)
-        self._line = memoryview(self._pair)[:64]
+        self._frames = bytearray(130)
+        self._line = memoryview(self._frames)[:128]
         self._own = tap.ring(1, 28)  # of a header's or the counts' frame
         self._header = channels.Text()
         self._todo = []  # changes that wait until the header before them is sent
@@ -161,12 +163,12 @@ class Stream:
 
     @property
     def written(self):
-        """Pairs of frames so far."""
-        return self._words[_WRITTEN]
+        """Frames so far."""
+        return _FRAMES * self._words[_WRITTEN]
 
     @property
     def waits(self):
-        """How often nobody took one."""
+        """How often nobody took them."""
         return self._words[_WAITS]
 
     def offer(self, name, unit, scale, read):
@@ -266,7 +268,7 @@ class Stream:
         app = self._app
         frames = self._ring[_LENGTH] // 28
         samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
-        self._ring[_BATCH] = max(1, min(samples, (2 * _PAIRS - 1) // frames))
+        self._ring[_BATCH] = max(1, min(samples, _FRAMES * _WRITES // frames))
         if name is None:
             head = channels.header(app, self._chosen, self._every)
             head.update(self._row)
@@ -307,7 +309,7 @@ class Stream:
             stream=self,
             own=self._words,
             ring=self._ring,
-            pair=self._pair,
+            frames=self._frames,
             line=self._line,
             ready=console.ready,
             write=console.write,
@@ -317,17 +319,17 @@ class Stream:
         ):
             ring[_ASKED] = 0
             try:
-                what = due(own, pair, ticks_ms())
+                what = due(own, frames, ticks_ms())
                 if what == 1:
                     return stream.stop()
                 if what:
                     stream._other(ticks_ms())
                     if own[_BESIDE]:  # a header of seventy frames is not for seventy batches
                         ring[_WAIT] = 0
-                n = _PAIRS
+                n = _WRITES
                 while n:
                     n -= 1
-                    if pair[_FILLED] < 2 and not fill(0, 0, 0, ring, pair):
+                    if frames[_FILLED] < _FRAMES and not fill(0, 0, 0, ring, frames):
                         if ring[_MODE] == 3 and ring[_TAIL] == ring[_HEAD]:
                             stream._again()
                         return
@@ -335,7 +337,7 @@ class Stream:
                         own[_WAITS] += 1
                         return
                     write(line)
-                    pair[_FILLED] = 0
+                    frames[_FILLED] = 0
                     own[_WRITTEN] += 1
                 if ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFE:  # there is more: not a batch later
                     ring[_WAIT] = 0
@@ -353,11 +355,15 @@ class Stream:
 
     @micropython.native
     def _other(self, now):
-        """A frame of the header, or of the counts."""
+        """A frame of the header, or those of the counts."""
         own = self._own
         if time.ticks_diff(now, self._words[_TOLD]) >= 0:  # first: headers may follow each other
             self._words[_TOLD] = time.ticks_add(now, _STATUS_MS)
             self._counts(own)
+            while self._frames[_FILLED] < _FRAMES - 1:  # the same until the four are full
+                own[_HEAD] = 1
+                own[_TAIL] = 0
+                fill(0, 0, 0, own, self._frames)
         elif self._next == self._chunks and not self._todo:  # one is written just now
             self._words[_BESIDE] = 0
             return
@@ -372,7 +378,7 @@ class Stream:
             self._count()
         own[_HEAD] = 1
         own[_TAIL] = 0
-        fill(0, 0, 0, own, self._pair)
+        fill(0, 0, 0, own, self._frames)
 
     @micropython.native
     def _counts(self, own):

@@ -7,7 +7,6 @@ holds the bus for long; each transfer takes the lock by itself (the driver's `lo
 
 import time
 
-import micropython
 from micropython import const
 
 from firmware.faults import policy
@@ -58,7 +57,6 @@ class Mend:
         """Whether there is nothing to do."""
         return self._doing == _WELL and not self._words[_IN_ROW]
 
-    @micropython.native
     def run(self):
         """A step, where one is due; nothing while somebody else holds the bus."""
         words = self._words
@@ -90,7 +88,6 @@ class Mend:
         """Count what a transfer of the foreground raised."""
         self._count(_cause(error))
 
-    @micropython.native
     def _decide(self, cause, in_row):
         if cause == policy.UNVERIFIED:
             if in_row and not self._words[_SURE]:
@@ -101,14 +98,17 @@ class Mend:
             return
         self._acted = in_row
         if action == policy.RECOVER:
-            with self._bus:
-                i2c = self._board.recover()
-                if i2c is not self._imu.bus:  # else 3 ms of reading where it is, all allocating
-                    self._imu.use_bus(i2c)
+            self._recover()
         elif action == policy.VERIFY:
             self._go(_VERIFY)
         elif action == policy.RESET:
             self._go(_RESET)
+
+    def _recover(self):
+        with self._bus:
+            i2c = self._board.recover()
+            if i2c is not self._imu.bus:  # else 3 ms of reading where it is, all allocating
+                self._imu.use_bus(i2c)
 
     def _go(self, doing):
         words = self._words

@@ -8,7 +8,6 @@ to their safe values. The tick counts; the foreground decides here and acts (fir
 
 from collections import namedtuple
 
-import micropython
 from micropython import const
 
 HOLD = const(0)  # nothing but the prediction; the next tick tries again
@@ -53,7 +52,6 @@ _RARELY = const(8)  # times the count of the table: how often at least the actio
 _BLIND = const(2)  # nacks in a row, where a stuck bus is told by the same error
 
 
-@micropython.native
 def action(cause, in_row, acted, blind=False):
     """What to do about `in_row` ticks in a row without a good sample, the last fault `cause`.
 
@@ -65,5 +63,6 @@ def action(cause, in_row, acted, blind=False):
     after = _BLIND if blind and cause == NACK else row.after
     if not after or in_row < after:
         return HOLD
-    due = min(2 * acted, acted + _RARELY * row.after) if acted else after
-    return row.action if in_row >= due else HOLD
+    if acted:
+        after = min(2 * acted, acted + _RARELY * row.after)
+    return row.action if in_row >= after else HOLD
