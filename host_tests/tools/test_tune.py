@@ -75,14 +75,18 @@ def test_a_setting_changes_the_replay_and_one_of_the_chip_is_refused(capsys, tmp
         replay([str(FILES[0]), "--set", "attitude_tau=1"])
 
 
-def test_the_hindsight_is_about_as_near_to_the_truth_as_the_filter_that_learns():
-    """It knows the end of the recording, but not the gyro's scale: 0.31 degrees beside 0.27."""
+def test_the_hindsight_is_nearer_with_the_learned_scale_and_about_as_near_as_the_filter():
+    """Which learns while it goes: 0.278 degrees beside 0.267, and 0.306 without the scale."""
     track = load(FILES[0])
-    up = grade.hindsight(track)
-    angle = np.degrees(np.arccos(np.clip(np.sum(up * track.up, axis=1), -1, 1)))
-    hindsight = np.sqrt(np.nanmean(angle[track.counted] ** 2))
+
+    def rms(up):
+        angle = np.degrees(np.arccos(np.clip(np.sum(up * track.up, axis=1), -1, 1)))
+        return np.sqrt(np.nanmean(angle[track.counted] ** 2))
+
     own = grade.rms_deg(engine.run(track, track.settings), track.up, track.counted)
-    assert hindsight < 1.25 * own
+    hindsight = rms(grade.hindsight(track))
+    assert hindsight < 0.95 * rms(grade.smoothed(track, *track.units()))
+    assert hindsight < 1.1 * own
 
 
 def test_the_allan_deviation_is_allantools():

@@ -157,6 +157,10 @@ class Attitude(Orientation):
         """Gyro bias as estimated: x, y, z in deg/s."""
         return tuple([degrees(b) for b in self._slow.learning.bias])
 
+    def gyro_matrix(self):
+        """What makes rates true, as learned: three rows in one."""
+        return tuple(self._slow.learning.matrix)
+
     def learned(self):
         """(scale, its sigma, bias_dps, its sigma), three numbers each: what each axis reads too
         much, as a part of the rate and in deg/s."""

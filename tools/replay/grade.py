@@ -2,7 +2,8 @@
 """How far angles are from the truth, or from the best hindsight where nobody knows the truth.
 
 The best hindsight is an acausal smoother, vqf.offlineVQF: it knows the whole recording, its end
-too, but no gyro's scale: where that is wrong the filter that learns it may be nearer to the truth.
+too. It has the gyro's scale as Attitude, in double precision, has learned it at that end, and
+nothing else of that filter: it is no judge that leans towards one.
 A board's angle is for the moment at which it is read, and its samples are lag_s old; so the
 smoother's attitude is taken that much later.
 """
@@ -10,6 +11,7 @@ smoother's attitude is taken that much later.
 from itertools import pairwise
 
 import numpy as np
+from attitude import Attitude
 from vqf import offlineVQF
 
 from tools.recordings import STANDARD_GRAVITY, up_from_quaternion, up_from_roll_pitch
@@ -28,13 +30,32 @@ def hindsight(track):
     for begin, end in pairwise(ends):
         if end - begin < 2 * SETTLE_S * track.rate_hz:
             continue
-        found = offlineVQF(
-            np.ascontiguousarray(np.radians(gyro[begin:end])),
-            np.ascontiguousarray(accel[begin:end] * STANDARD_GRAVITY),
-            None, 1.0 / track.rate_hz,
-        )  # fmt: skip
-        up[begin:end] = _later(up_from_quaternion(found["quat6D"]), track.lag_s * track.rate_hz)
+        true = gyro[begin:end] @ learned_matrix(track, gyro[begin:end], accel[begin:end]).T
+        up[begin:end] = smoothed(track, true, accel[begin:end])
     return up
+
+
+def smoothed(track, gyro, accel):
+    """(n x 3) the vertical by the smoother, from rates in deg/s and forces in g without a gap."""
+    found = offlineVQF(
+        np.ascontiguousarray(np.radians(gyro)),
+        np.ascontiguousarray(accel * STANDARD_GRAVITY),
+        None, 1.0 / track.rate_hz,
+    )  # fmt: skip
+    return _later(up_from_quaternion(found["quat6D"]), track.lag_s * track.rate_hz)
+
+
+def learned_matrix(track, gyro, accel):
+    """(3 x 3) what makes the gyro's rates true, as learned from all of these samples (n x 3, deg/s
+    and g): scale and cross-axis."""
+    filt = Attitude(
+        track.rate_hz,
+        gyro_range_dps=track.settings["gyro_dps"],
+        accel_range_g=track.settings["accel_g"],
+    )
+    for row in np.hstack((gyro, accel)).tolist():
+        filt.update(*row)
+    return np.array(filt.gyro_matrix()).reshape(3, 3)
 
 
 def _later(up, samples):
