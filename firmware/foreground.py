@@ -62,7 +62,7 @@ class Foreground:
     def _after(self, _):
         self._words[_WAITING] = 0
         try:
-            if self._app.running and not self._can_wait(self._app):
+            if self._app.running and not self._can_wait(self._app):  # a local more: a heap block
                 self._turn(self._app)  # else it was queued while the loop ended
         except KeyboardInterrupt:
             return ctrl_c.press()

@@ -266,9 +266,9 @@ class Stream:
 
     def _tell(self, name):
         app = self._app
-        frames = self._ring[_LENGTH] // 28
+        parts = self._ring[_LENGTH] // 28
         samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
-        self._ring[_BATCH] = max(1, min(samples, _FRAMES * _WRITES // frames))
+        self._ring[_BATCH] = max(1, min(samples, _FRAMES * _WRITES // parts))
         if name is None:
             head = channels.header(app, self._chosen, self._every)
             head.update(self._row)

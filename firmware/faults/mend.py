@@ -107,7 +107,7 @@ class Mend:
     def _recover(self):
         with self._bus:
             i2c = self._board.recover()
-            if i2c is not self._imu.bus:  # else 3 ms of reading where it is, all allocating
+            if i2c is not self._imu.bus:  # else it would be read anew where it is, allocating
                 self._imu.use_bus(i2c)
 
     def _go(self, doing):

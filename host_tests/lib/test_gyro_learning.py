@@ -287,7 +287,7 @@ def pushed(t):
 
 
 @pytest.mark.parametrize("samples", [1, 2, 3, 5, 10, 20])
-def test_after_a_gap_in_a_turn_what_pushes_is_no_more_believed_than_before(samples):
+def test_after_a_gap_in_a_turn_what_pushes_turns_it_by_3_degrees_more_at_most(samples):
     """The gap is bridged by true rates, so that it hides little: no reason to level anew."""
     motion = Motion(40, by_hand, pushed)
     rows = motion.read()

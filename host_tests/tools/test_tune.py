@@ -76,7 +76,7 @@ def test_a_setting_changes_the_replay_and_one_of_the_chip_is_refused(capsys, tmp
 
 
 def test_the_hindsight_is_nearer_with_the_learned_scale_and_about_as_near_as_the_filter():
-    """Which learns while it goes: 0.278 degrees beside 0.267, and 0.306 without the scale."""
+    """Which learns while it goes."""
     track = load(FILES[0])
 
     def rms(up):

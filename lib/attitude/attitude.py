@@ -157,8 +157,8 @@ class Attitude(Orientation):
         """Gyro bias as estimated: x, y, z in deg/s."""
         return tuple([degrees(b) for b in self._slow.learning.bias])
 
-    def gyro_matrix(self):
-        """What makes rates true, as learned: three rows in one."""
+    def calibration_learned(self):
+        """The nine elements that a true rate is made of by one calibrated before, row by row."""
         return tuple(self._slow.learning.matrix)
 
     def learned(self):

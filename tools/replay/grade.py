@@ -55,7 +55,7 @@ def learned_matrix(track, gyro, accel):
     )
     for row in np.hstack((gyro, accel)).tolist():
         filt.update(*row)
-    return np.array(filt.gyro_matrix()).reshape(3, 3)
+    return np.array(filt.calibration_learned()).reshape(3, 3)
 
 
 def _later(up, samples):
