@@ -39,7 +39,8 @@ class Outputs:
     def __init__(self, tick, app):
         self._tick, self._app = tick, app
         self._words = tick.words
-        self._rows = []  # (update, safe, hard, tune)
+        self._rows = []  # (update, safe, hard, tune), as wanted; the drive has those in effect
+        self._drive = None
         self._told = []
         self.feed = self.tap = None
         self.late = 0
@@ -72,7 +73,7 @@ class Outputs:
 
     def remove(self, update):
         """Take a function away, its output safe. ValueError when it was never added."""
-        for row in self._rows:
+        for row in tuple(self._rows):
             if row[0] == update:
                 self._rows.remove(row)
                 self.hand_over()
@@ -101,7 +102,7 @@ class Outputs:
 
     def tune(self, period_us):
         """The loop's period has changed."""
-        for row in self._rows:
+        for row in self._drive.rows:
             if row[3]:
                 row[3](period_us)
 
@@ -122,7 +123,7 @@ class Outputs:
         words[_SOFT] = 0
         if words[_AGE_US] >= words[_STALE_US]:
             return
-        for i, row in enumerate(self._rows):
+        for i, row in enumerate(drive.rows):
             if row[2]:
                 continue
             self.late += missed
@@ -130,20 +131,23 @@ class Outputs:
                 row[0](self._app)
                 drive.in_row[i] = 0
             except Exception as error:
-                self._show(i, error)
+                self._show(row[0], error)
                 drive.failed(i, error.__class__)
+            if self._drive is not drive:  # the function changed them; the next tick has the new
+                self._drive.take_state(drive)
+                return
 
     def mend(self):
         """Call again each safe() that failed in the tick, and name what raised there."""
         drive = self._drive
         self._words[_AGAIN] = 0
-        for i, row in enumerate(self._rows):
+        for i, row in enumerate(drive.rows):
             if drive.flags[i] & _UNSAFE:
                 drive.flags[i] &= ~_UNSAFE
                 self._make_safe(row)
             if drive.flags[i] & _RAISED:
                 drive.flags[i] &= ~_RAISED
-                self._show(i, drive.kinds[i])
+                self._show(row[0], drive.kinds[i])
 
     def _make_safe(self, row):
         """Its safe(), again where it fails: nothing is left between here and the motor."""
@@ -158,9 +162,8 @@ class Outputs:
                 print("%s raised%s:" % (_name(row[1]), "" if tries else ", and is not safe"))
                 sys.print_exception(error)
 
-    def _show(self, i, error):
+    def _show(self, update, error):
         """Once for each function."""
-        update = self._rows[i][0]
         self.error = error
         if update in self._told:
             return
@@ -172,18 +175,27 @@ class Outputs:
             print(error.__name__, "in the tick; app.outputs counts on")
 
     def hand_over(self):
-        """New tuples for the tick, all at once."""
-        self.active = bool(self._rows)
-        self.soft = any(not row[2] for row in self._rows)
-        rows = tuple([(row[0] if row[2] else None, row[1]) for row in self._rows])
-        made = Drive(self._words, self._app, rows, self.feed)
-        self._drive = made
-        drive = made.tick if rows or self.feed else None
-        if self.tap:  # firmware.stream's
-            drive = self.tap(drive)
-        self._tick.drive = drive or made.tick
-        self._words[_OUTPUTS] = 1 if drive else 0
-        self._words[_DUE] = 0  # the foreground is wanted after each tick from now on
+        """Give the tick what is wanted, all at once, whatever runs in between.
+
+        Scheduled work may come in, work with the drive that is in effect, and change the outputs
+        itself: then what it wanted is here too, but not yet in the drive.
+        """
+        while True:
+            rows = tuple(self._rows)
+            old = self._drive
+            self._drive = made = Drive(self._words, self._app, rows, self.feed, old)
+            self.active = bool(rows)
+            self.soft = any(not row[2] for row in rows)
+            drive = made.tick if rows or self.feed else None
+            if self.tap:  # firmware.stream's
+                drive = self.tap(drive)
+            self._tick.drive = drive or made.tick
+            if old:
+                made.take_state(old)  # what failed in a tick of the meantime
+            self._words[_OUTPUTS] = 1 if drive else 0
+            self._words[_DUE] = 0  # the foreground is wanted after each tick from now on
+            if rows == tuple(self._rows):
+                return
 
 
 def _name(function):

@@ -28,15 +28,31 @@ _GIVEN_UP = const(4)  # its update raised too often, and it has its safe value
 
 
 class Drive:
-    """Tuples made by firmware.outputs, replaced whole. rows: (update or None, safe or None)."""
+    """Made by firmware.outputs, replaced whole. rows: (update, safe or None, hard, tune or None).
 
-    def __init__(self, words, app, rows=(), feed=None):
+    old: the drive before this one, whose failures go on counting.
+    """
+
+    def __init__(self, words, app, rows=(), feed=None, old=None):
         self.words = words
         self.flags = array("i", [0] * len(rows))
         self.in_row = array("i", [0] * len(rows))
         self.kinds = [None] * len(rows)  # the class of each one's first exception
-        self._rows = rows
+        self.rows = rows
+        if old:
+            self.take_state(old)
         self.tick = self._make(app, rows, feed)
+
+    def take_state(self, old):
+        """What the drive `old` knows of the same outputs, too."""
+        for i, row in enumerate(old.rows):
+            if row in self.rows:
+                k = self.rows.index(row)
+                self.flags[k] |= old.flags[i]
+                self.in_row[k] = max(self.in_row[k], old.in_row[i])
+                self.kinds[k] = self.kinds[k] or old.kinds[i]
+                if self.flags[k] & (_UNSAFE | _RAISED):
+                    self.words[_AGAIN] = 1
 
     def _make(self, app, rows, feed):
         @micropython.native
@@ -54,10 +70,9 @@ class Drive:
                 self.safe_soft()
             i = 0
             for row in rows:
-                update = row[0]
-                if update:
+                if row[2]:
                     try:
-                        update(app)
+                        row[0](app)
                         in_row[i] = 0
                     except BaseException as error:
                         good = 0
@@ -92,7 +107,7 @@ class Drive:
         """Every output to its safe value, once until the next good tick."""
         self.words[_IS_SAFE] = 1
         i = 0
-        n = len(self._rows)
+        n = len(self.rows)
         while i < n:
             self._safe_one(i)
             i += 1
@@ -101,15 +116,15 @@ class Drive:
     def safe_soft(self):
         """Those that the foreground calls, to their safe values."""
         i = 0
-        n = len(self._rows)
+        n = len(self.rows)
         while i < n:
-            if not self._rows[i][0]:
+            if not self.rows[i][2]:
                 self._safe_one(i)
             i += 1
 
     @micropython.native
     def _safe_one(self, i):
-        safe = self._rows[i][1]
+        safe = self.rows[i][1]
         if safe:
             try:
                 safe()

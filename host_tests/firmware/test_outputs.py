@@ -9,10 +9,13 @@ import pytest
 from host_tests.firmware.test_gaps import BOARDS, Rig
 from tools.virtual.faults import make
 from tools.virtual.motion import Still
+from tools.walk.break_in import at_jump
 
 boards = pytest.mark.parametrize("board", BOARDS)
 kinds = pytest.mark.parametrize("hard", [False, True], ids=["soft output", "hard output"])
 FAILSAFE_MS = 100
+# places: firmware.tick.words
+_AGE_US, _STALE_US, _AGAIN = 3, 5, 25
 
 
 class Motor:
@@ -183,6 +186,100 @@ def test_a_safe_that_fails_in_the_tick_is_called_again_and_named(flying, hard, c
     rig.bus.faults.append(make("nack", at_s=rig.port.now_ns / 1e9, for_s=0.3))
     rig.port.run_ms(FAILSAFE_MS + 20)
     assert motor.calls[-1] == "safe" and len(tries) == 2
+
+
+# ---- whatever comes in while they change
+
+
+def changed(app, how, motor, other):
+    """One of the ways to change the outputs, of which `motor` is one."""
+    if how == "add":
+        app.outputs.add(other.update, other.safe)
+    elif how == "remove":
+        app.outputs.remove(motor.update)
+    elif how == "clear":
+        app.outputs.clear()
+    else:
+        app.outputs.watch(lambda: None)
+
+
+@boards
+@pytest.mark.parametrize("how", ["add", "remove", "clear", "watch"])
+def test_what_is_scheduled_in_the_middle_of_a_change_may_change_them_too(flying, board, how):
+    rig, motor = flying(board, False)
+    app, clock = rig.app, rig.port.clock
+    for after in range(40):
+        app.outputs.clear()
+        first, second, third = Motor(), Motor(), Motor()
+
+        def swaps(app, first=first, third=third):
+            if app.outputs.has(first.update):
+                app.outputs.remove(first.update)
+                app.outputs.add(third.update, third.safe)
+
+        for each in (first.update, motor.update):
+            app.outputs.add(each)
+        app.outputs.add(swaps)
+        with at_jump(clock, after, lambda: app.outputs.run(0)):
+            changed(app, how, motor, second)
+        wanted = [each for each in (first, second, third, motor) if app.outputs.has(each.update)]
+        for each in (first, second, third, motor):
+            each.calls.clear()
+        app.outputs.run(0)
+        if not app.outputs.has(swaps) or first not in wanted:
+            assert [each for each in (first, second, third, motor) if each.on] == wanted
+        assert (second in wanted) == (how == "add")
+        assert (motor in wanted) == (how not in ("remove", "clear"))
+
+
+@boards
+@kinds
+@pytest.mark.parametrize("how", ["add", "remove", "clear", "watch"])
+def test_a_safe_that_fails_in_the_middle_of_a_change_is_called_again(flying, board, hard, how):
+    rig, _ = flying(board, hard)
+    app, clock, words = rig.app, rig.port.clock, rig.app.tick.words
+    for after in range(100):
+        app.outputs.clear()
+        one = Motor()
+        failed = []
+
+        def fragile(safe=one.safe, failed=failed):
+            if failed == ["now"]:
+                failed.append("did")
+                raise MemoryError("in the tick")
+            safe()
+
+        def stale(failed=failed):
+            """A tick with a stale estimate, in which safe() fails."""
+            failed.append("now")
+            age, words[_AGE_US] = words[_AGE_US], words[_STALE_US]
+            app.tick.drive(0)
+            words[_AGE_US] = age
+
+        app.outputs.add(one.update, fragile, hard=hard)
+        app.outputs.run(0)
+        app.tick.drive(1)
+        assert one.on
+        with at_jump(clock, after, stale):
+            changed(app, how, one, Motor())
+        if not failed:
+            assert after > 5  # past the change
+            return
+        if words[_AGAIN]:  # as the foreground would see after the next tick
+            app.outputs.mend()
+        assert one.calls[-1] == "safe"
+    raise AssertionError("a change of more than 100 jumps")
+
+
+@boards
+def test_a_change_forgives_no_failure(flying, board):
+    """Somebody who adds an output at each tick does not keep another one's failures from three."""
+    rig, motor = flying(board, True)
+    motor.raises = ValueError("always")
+    for _ in range(6):
+        rig.app.outputs.watch(None)
+        rig.app.tick.drive(1)
+    assert motor.calls[-1] == "safe" and motor.calls.count("safe") == 1 and rig.app.outputs.raising
 
 
 # ---- knobs in flight

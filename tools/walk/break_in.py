@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Ctrl-C anywhere in the firmware: MicroPython raises it at jumps and in sleeps of whatever runs,
-the main program or what was scheduled, so that is where it is raised here; never in an interrupt.
+"""What comes in between anywhere in the firmware: a Ctrl-C, or what was scheduled.
+
+MicroPython looks for both at jumps and in sleeps of whatever runs, the main program or what was
+scheduled, so that is where they come in here; never in an interrupt.
 """
 
 import contextlib
@@ -12,10 +14,19 @@ _ROOMS = ("/firmware/", "/lib/")
 _JUMP = re.compile(r"\b(if|elif|else|for|while|and|or|break|continue|except|finally|sleep_\w+)\b")
 
 
-@contextlib.contextmanager
 def ctrl_c(clock, after, below=False):
     """Within it the after-th jump (from 0) of the main program raises KeyboardInterrupt, once;
     below: of what the foreground does after a tick."""
+
+    def press():
+        raise KeyboardInterrupt
+
+    return at_jump(clock, after, press, below)
+
+
+@contextlib.contextmanager
+def at_jump(clock, after, work, below=False):
+    """Within it work() is called at the after-th jump (from 0), once; `below`: see ctrl_c."""
     left, lines = after, {}
     inside = not below
 
@@ -49,7 +60,7 @@ def ctrl_c(clock, after, below=False):
                     left -= 1
                     if left < 0:
                         sys.settrace(None)
-                        raise KeyboardInterrupt
+                        work()
             return line
 
         return line
