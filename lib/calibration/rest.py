@@ -17,7 +17,8 @@ from calibration.watch import BIAS_LIMIT_DPS, Rest
 _GYRO_LIMIT_DPS = const(0.5)  # deviation; the sensor's own noise is 0.1 at the widest filter
 _ACCEL_LIMIT_G = const(0.02)  # deviation; own noise 0.008 at the widest filter
 _ODD = const(12)  # deviations: a sample so far off is no noise
-_SIGMAS = const(4)  # of the accelerometer's means: so much between the halves is a tilt
+_PARTS = const(3)  # of a rest: the last is held against the first, which shows a tilt best
+_SIGMAS = const(4)  # of the accelerometer's means: so much between them is a tilt
 _TILT_G = const(0.002)  # and less is none
 
 
@@ -32,20 +33,21 @@ def rest(imu, seconds=1.0, gyro_limit_dps=_GYRO_LIMIT_DPS):
     gyro_limit_dps: the largest standard deviation of a rate that is still rest.
     """
     needed = 8 + imu.dlpf_hz // 8  # samples of their own until a mean rate is good to 0.03 deg/s
-    half_s = 0.5 * max(seconds, needed / imu.rate_hz)
-    half = _Half(imu, gyro_limit_dps, half_s)
-    more = _Half(imu, gyro_limit_dps, half_s, half.centre)
+    part_s = max(seconds, needed / imu.rate_hz) / _PARTS
+    parts = [_Part(imu, gyro_limit_dps, part_s)]
+    while len(parts) < _PARTS:
+        parts.append(_Part(imu, gyro_limit_dps, part_s, parts[0].centre))
+    count = sum([part.count for part in parts])
     scale = [imu.accel_lsb_per_g] * 3 + [imu.gyro_lsb_per_dps] * 3
-    share = more.count / (half.count + more.count)
     mean, spread, drift = [], [], []
     for i in range(6):
-        first, second = half.mean(i) / scale[i], more.mean(i) / scale[i]
-        mean.append(first + share * (second - first))
-        spread.append(sqrt(0.5 * (half.variance(i) + more.variance(i))) / scale[i])
-        drift.append(second - first)
-    own = min(half.count, max(2.0, half_s * min(imu.rate_hz, 3 * imu.dlpf_hz)))
+        mean.append(sum([part.count * part.mean(i) for part in parts]) / count / scale[i])
+        variance = sum([part.variance(i) for part in parts]) / _PARTS
+        spread.append(sqrt(variance) / scale[i])
+        drift.append((parts[-1].mean(i) - parts[0].mean(i)) / scale[i])
+    own = min(parts[0].count, max(2.0, part_s * min(imu.rate_hz, 3 * imu.dlpf_hz)))
     _judge(mean, spread, drift, own, gyro_limit_dps)
-    temp_c = half.temp_c + share * (more.temp_c - half.temp_c)
+    temp_c = sum([part.count * part.temp_c for part in parts]) / count
     return Rest(tuple(mean[:3]), tuple(mean[3:]), temp_c)
 
 
@@ -56,9 +58,9 @@ def gyro_bias(imu, cal=None, seconds=2.0):
     return cal.but(gyro_bias_dps=still.gyro_dps)
 
 
-class _Half:
-    """Samples of half a rest: counts about a centre, so that the sums stay small integers. One in
-    five may be lost or garbled."""
+class _Part:
+    """Samples of a part of a rest: counts about a centre, so that the sums stay small integers.
+    One in five may be lost or garbled."""
 
     def __init__(self, imu, gyro_limit_dps, seconds, centre=None):
         self._imu = imu
@@ -127,7 +129,7 @@ class _Half:
 
 def _judge(mean, spread, drift, own, gyro_limit_dps):
     """NotStill, unless all of it is that of a sensor at rest; own: samples of their own in each
-    half, which make the noise of its mean."""
+    part, which make the noise of its mean."""
     for i in range(3):
         # with few samples the spread is not known well either
         tilt = max(_TILT_G, _SIGMAS * (1 + 3 / own) * sqrt(2 / own) * spread[i])
