@@ -45,7 +45,7 @@ ROWS = (
     ("attitude_tau_s", 2.3, 0.1, 60.0),
     ("attitude_rest_tau_s", 0.5, 0.1, 60.0),
     ("attitude_bias_tau_s", 30.0, 1.0, 600.0),
-    ("rest_s", 0.6, 0.0, 10.0),
+    ("rest_s", 0.5, 0.0, 10.0),
     ("still_dps", 3.0, 0.1, 50.0),
     ("self_test", 0, (0, 1)),
     ("telemetry_hz", 50, 0, 100),

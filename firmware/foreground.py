@@ -136,7 +136,8 @@ class Foreground:
                 except OSError as error:
                     app.mend.count(error)
         elif part == _LEARNING:
-            app.learning.look(app.tick.est[_AT_REST], self._looks % _LOOKS_HZ == 0)
+            second = self._looks % _LOOKS_HZ == 0
+            app.learning.look(app.filter, app.tick.est[_AT_REST], second)
         elif self._looks % self._correct_every == 0:
             self._correct(app)
 

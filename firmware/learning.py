@@ -26,6 +26,11 @@ _RESTS = const(20)  # a minute of it is no turn
 _LONG = const(40)  # nor are two, of a rate that is not the bias as known
 _TURN_DPS = const(1.97)  # a start's rest that was a turn: that much faster
 _DRIFT_DPS = const(2.0)  # and further no bias moves by itself
+# without a rest: when all of the bias is known so well in motion, deg/s; then the worst of it,
+# turned from the vertical, tilts by less than two degrees until the filter has seen it
+_LEARNED_DPS = const(6.0)
+_LEARNED_DEG = const(0.5)  # and the tilt
+_SECONDS = const(3)  # for so long
 _UNSURE_US = const(16)  # a place of firmware.tick.words
 _LONG_US = const(60000000)
 _SLOPE_MAX = const(0.7)  # deg/s per degC: twice the datasheet's (PS p. 12)
@@ -62,9 +67,10 @@ class Learning:
         self._moved = False
         self._unsure = known == NOTHING
         self._rested = 0  # looks in a row at which the filter called it rest
+        self._learned = 0  # seconds in a row in which it knew all of the bias without
         self.rests = 0  # that were learned
 
-    def look(self, at_rest, second):
+    def look(self, filter, at_rest, second):
         """Some times a second; `second`: once a second."""
         counts = self._imu.counts
         if second and self._slopes and abs(counts[3] - self._raw) > self._degree:
@@ -73,6 +79,9 @@ class Learning:
         if self._unsure:
             self._rested = self._rested + 1 if at_rest else 0
             self._unsure = self._rested < _LOOKS // 2  # by then the filter knows it by itself
+            if second:
+                self._learned = self._learned + 1 if _has_learned(filter) else 0
+                self._unsure = self._unsure and self._learned < _SECONDS
             self._words[_UNSURE_US] = _LONG_US if self._unsure else 0
         seen = self._watch.look()
         if seen < 0:
@@ -157,6 +166,13 @@ class Learning:
         if max([abs(s) for s in new.gyro_slope_dps_per_c]) > _SLOPE_MAX:
             new = new.but(gyro_slope_dps_per_c=self.cal.gyro_slope_dps_per_c)
         return new
+
+
+def _has_learned(filter):
+    """Whether it knows tilt and gyro's bias without a rest, which few filters can."""
+    if filter.uncertain or not hasattr(filter, "learned"):
+        return False
+    return filter.tilt_sigma_deg < _LEARNED_DEG and max(filter.learned()[3]) < _LEARNED_DPS
 
 
 def _along(v, accel_g):

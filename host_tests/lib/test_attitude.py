@@ -5,11 +5,13 @@ import math
 import random
 import subprocess
 import sys
+from array import array
 from pathlib import Path
 
 import numpy as np
 import pytest
 from attitude import Attitude
+from attitude.fixed.attitude import Attitude as FixedAttitude
 from attitude.quaternion import product, rotate, rotate_back, unit
 
 from tools import recordings
@@ -31,7 +33,7 @@ def gravity(roll_deg, pitch_deg):
 
 
 def tilt_error(f, up):
-    got = f.gravity()
+    got = rotate_back(f.quaternion(), 0.0, 0.0, 1.0)
     return math.degrees(math.acos(min(1.0, sum(a * b for a, b in zip(got, up)))))
 
 
@@ -237,6 +239,29 @@ def test_slow_turning_is_not_rest_once_the_bias_is_known():
     feed(f, (0, 0, 6.0, 0, 0, 1), 10)
     assert not f.at_rest
     assert f.yaw_deg == pytest.approx(60, abs=0.1)
+
+
+@pytest.mark.parametrize("dps", [0.3, 0.7, 1.0, -1.5, 3.0, 10.0])
+@pytest.mark.parametrize("seconds", [2.0, 4.0, 8.0, 20.0])
+@pytest.mark.parametrize("fixed", [False, True], ids=["float", "fixed"])
+def test_a_slow_tilt_from_the_first_sample_on_is_not_claimed_as_rest(fixed, dps, seconds):
+    """Nor what its rate would make of the tilt, taken for the bias."""
+    f = FixedAttitude(RATE, 500, 8) if fixed else Attitude(RATE)
+    body, bias, worst, t = Body(), (2.0, -1.5, 3.0), 0.0, 0.0
+    while t < seconds + 8.0:
+        rates = (dps, 0.0, 0.0) if t < seconds else (0.0, 0.0, 0.0)
+        body.turn(rates)
+        up = body.feels()
+        gyro = [a + b for a, b in zip(rates, bias)]
+        if fixed:
+            f.update(array("h", [round(4096 * a) for a in up] + [0] + [
+                round(65.5 * r) for r in gyro]), 4000)  # PS p. 12, 13: per g and deg/s
+        else:
+            f.update(*gyro, *up, DT)
+        if not f.uncertain:
+            worst = max(worst, tilt_error(f, up))
+        t += DT
+    assert not f.uncertain and worst < 2.0
 
 
 def test_bias_is_learned_while_moving():

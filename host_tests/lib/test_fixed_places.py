@@ -15,7 +15,7 @@ FILES = {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
 WRITER = {"__init__": "set", "coefficients": "set"}
 NO_PLACES = re.compile(
     "_(LEAST.*|MOST_[A-Z]{5,}|WALKED|WILD|STEPS|SEEN_US|UNTAUGHT|CLAIMED|DOUBTED|"
-    "(REST|START)_(SIGMA|TILT))$"
+    "(REST|START|SLOW)_(SIGMA|TILT))$"
 )
 ROW = re.compile(r"(\d+)(?:-(\d+))? +(-|[A-Z_0-9]+) +(\S.*?) {2,}([a-z]+(?:, [a-z]+)*)$")
 

@@ -3,6 +3,7 @@
 
 _MEAN_S = 0.5
 _TILTED_G = 0.05  # the mean acceleration moves by less while it rests
+_FIRST_TILTED_G = 0.0167  # the same at the first rest, of whose bias nothing is known: a degree
 _STEP_DPS, _DRIFT_DPS_S = 0.2, 0.0005  # a steady rate further from the last bias is motion
 _STEADY_S = 120.0  # but one that is steady for longer is none
 _SIGMAS = 4.0  # from a bias that is not known well
@@ -38,6 +39,8 @@ class Rest:
         self.mean = None  # of the last half second: gyro (deg/s), accelerometer (g)
         self.moved = False  # since the start
         self.since_s = None  # since the last rest; None before the first
+        self._tilts = False  # the mean acceleration has moved
+        self._sure = False  # the first rest was no slow tilt
         self.bias_dps = [0.0, 0.0, 0.0]  # averaged at rest
         self.before_dps: tuple = (0.0, 0.0, 0.0)  # the same, _KEEP_S to twice that ago
         self._next_dps: tuple = (0.0, 0.0, 0.0)
@@ -70,36 +73,47 @@ class Rest:
 
     def update(self, now, span_s, accel, bias_dps, sigma_dps):
         """Take a block's means: gyro x y z in deg/s, accelerometer x y z in g, over span_s, and
-        its last acceleration; what the bias is believed to be, and how well that is known."""
+        its last acceleration; what the bias is believed to be, and how well that is known.
+
+        A first rest that ends in a slow tilt was none: what its gyro read was the tilt.
+        """
         rested = self.at_rest
         steady = self._is_steady(now, span_s, accel)
         if self.since_s is not None:
             self.since_s += span_s
-        if steady and self._is_bias(bias_dps, sigma_dps):
+        steady = steady and self._is_bias(bias_dps, sigma_dps)
+        if steady and not self._tilts:
             self._still_s = min(self._still_s + span_s, self.rest_s)
         else:
             self._still_s = 0.0
             self.moved = True
         if self.at_rest:
             self._average(now, span_s, rested)
+        elif rested and steady and not self._sure:
+            self.since_s = None
+        elif rested:
+            self._sure = True
 
     def _is_steady(self, now, span_s, accel):
-        """Whether gyro and accelerometer stay at their mean, and the mean where it was."""
+        """Whether gyro and accelerometer stay at their mean; `_tilts`: but not the mean itself."""
         if self.mean is None:
             self.mean = list(now)
         mean = self.mean
         if self._still_s == 0.0:
             self._first = tuple(mean[3:])
         k = min(1.0, span_s / _MEAN_S)
-        steady = True
+        steady, self._tilts = True, False
+        tilted_g = _TILTED_G if self._sure else _FIRST_TILTED_G
         for i in range(6):
             mean[i] += k * (now[i] - mean[i])
             if abs(now[i] - mean[i]) > (self.rest_gyro_dps if i < 3 else self.rest_accel_g):
                 steady = False
-            if i >= 3 and (abs(mean[i] - self._first[i - 3]) > _TILTED_G
-                           or abs(accel[i - 3] - mean[i]) > self.rest_shaken_g):
+            if i >= 3 and abs(accel[i - 3] - mean[i]) > self.rest_shaken_g:
                 steady = False
-        self._steady_s = min(self._steady_s + span_s, 2.0 * _STEADY_S) if steady else 0.0
+            if i >= 3 and abs(mean[i] - self._first[i - 3]) > tilted_g:
+                self._tilts = True
+        lasts = steady and not self._tilts
+        self._steady_s = min(self._steady_s + span_s, 2.0 * _STEADY_S) if lasts else 0.0
         return steady
 
     def _is_bias(self, bias_dps, sigma_dps):
@@ -122,6 +136,7 @@ class Rest:
         if not rested:
             self._rested_s, self._kept_s = self.rest_s, 0.0
         self._rested_s = min(self._rested_s + span_s, self.rest_bias_s)
+        self._sure = self._sure or self._rested_s == self.rest_bias_s
         k = min(1.0, span_s / self._rested_s)
         for i in range(3):
             self.bias_dps[i] += k * (now[i] - self.bias_dps[i])
@@ -139,11 +154,11 @@ class Rest:
         """All that changes, for set_state()."""
         return (self.mean and tuple(self.mean), self.moved, self.since_s, tuple(self.bias_dps),
                 self.before_dps, self._next_dps, self._first, self._still_s, self._steady_s,
-                self._rested_s, self._kept_s)
+                self._rested_s, self._kept_s, self._sure)
 
     def set_state(self, state):
         """Go on from a state()."""
         (mean, self.moved, self.since_s, bias, self.before_dps, self._next_dps, self._first,
-         self._still_s, self._steady_s, self._rested_s, self._kept_s) = state
+         self._still_s, self._steady_s, self._rested_s, self._kept_s, self._sure) = state
         self.mean = mean and list(mean)
         self.bias_dps = list(bias)

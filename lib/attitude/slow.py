@@ -18,6 +18,7 @@ _LATER = 256  # looks
 _YAW_S = 40.0  # for which an old bias answers for the yaw
 _START_TILT, _REST_TILT = radians(15.0), radians(0.2)  # how badly a tilt is lost; after a rest
 _TOLD = radians(3.0)  # how well another filter knows a bias
+_TILT = radians(1.0)  # how well it is known when a slow tilt has passed for rest
 _FASTER, _FASTEST, _FASTER_G, _SHAKEN = 0.3, 4.0, 0.003, 0.06
 _START_SIGMAS = 3.0
 _LEAST_G = 0.3  # less of gravity tells nothing
@@ -132,6 +133,8 @@ class Slow:
         if not rest.at_rest:
             if was_at_rest:
                 learning.bias = [radians(b) for b in rest.before_dps]
+                if rest.since_s is None:  # it was a slow tilt
+                    learning.sigma[:3] = [_TILT] * 3
             return q
         if not was_at_rest:
             # yaw as if the bias had been known

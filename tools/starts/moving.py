@@ -13,6 +13,7 @@ import tempfile
 from typing import NamedTuple
 
 import numpy as np
+from attitude.quaternion import product, rotate_back
 
 from tools.faults.rig import BOARDS
 from tools.recordings import up_from_quaternion, up_from_roll_pitch
@@ -21,7 +22,7 @@ from tools.virtual.motion import FreeMotion, Sinusoid, Temperature
 
 BIAS_DPS = (2.0, -1.5, 3.0)
 LOOK_MS = 40
-TURNS_S = 4.0  # a steady turn or tilt, from power-on
+TURNS_S = 4.0  # a steady turn, from power-on
 RESTS_S = 8.0  # then at rest, until the first rest is over
 WARMS_S = 1200.0
 SLOPE_DPS_PER_C = (0.03, -0.02, 0.02)
@@ -53,6 +54,32 @@ class Turn:
         q = [math.cos(half), 0.0, 0.0, 0.0]
         q[1 + self.axis] = math.sin(half)
         return tuple(q)
+
+
+class TurnedSwing:
+    """A swing of 10 degrees at 0.5 Hz about one level axis that turns by a right angle about the
+    other one within a second: what was vertical is level from then on."""
+
+    duration_s = None
+
+    def __init__(self, axis, turns_s):
+        self.axis, self.turns_s = axis, turns_s
+
+    def truth(self, t_s):
+        """(w, x, y, z)."""
+        swings = math.radians(10.0 * math.sin(math.pi * t_s)) / 2
+        turns = math.radians(90.0 * min(1.0, max(0.0, t_s - self.turns_s))) / 2
+        a, b = [math.cos(turns), 0.0, 0.0, 0.0], [math.cos(swings), 0.0, 0.0, 0.0]
+        a[1 + "xy".index(self.axis)] = math.sin(turns)
+        b[2 - "xy".index(self.axis)] = math.sin(swings)
+        return product(a, b)
+
+    def at(self, t_s, step_s=1e-4):
+        """Specific force (g), rate (dps), temperature (degC)."""
+        w, x, y, z = self.truth(t_s - step_s)
+        turn = product((w, -x, -y, -z), self.truth(t_s + step_s))
+        rates = [math.degrees(v / step_s) for v in turn[1:]]
+        return (*rotate_back(self.truth(t_s), 0.0, 0.0, 1.0), *rates, 25.0)
 
 
 class _Watched:
@@ -129,6 +156,15 @@ def swing(case):
     }
 
 
+def turned_swing(case):
+    """Switched on in a swing that turns by a right angle later, nothing stored."""
+    board, axis, turns_s, bias_dps = case
+    with _Watched(board, TurnedSwing(axis, turns_s), bias_dps) as watched:
+        rows = watched.until(turns_s + 15.0)
+    return {"claimed, off by, deg": _worst(rows, claimed=True),
+            "at last, deg": _worst(rows, turns_s + 14.0)}
+
+
 def turn(case):
     """A steady turn about the vertical for 4 s from power-on, then rest."""
     board, dps, stored = case
@@ -138,14 +174,14 @@ def turn(case):
 
 
 def tilt(case):
-    """A steady tilt about x or y for 4 s from power-on, then rest."""
-    board, dps, axis, stored = case
-    with _Watched(board, Turn(dps, axis, 0.0, TURNS_S), stored=stored) as watched:
-        rows = watched.until(TURNS_S + RESTS_S)
+    """A steady tilt about x or y for 4 or 8 s from power-on, then rest."""
+    board, dps, axis, stored, tilts_s = case
+    with _Watched(board, Turn(dps, axis, 0.0, tilts_s), stored=stored) as watched:
+        rows = watched.until(tilts_s + RESTS_S)
         return {
             "yaw drifts, deg/s": watched.drift_dps(),
             "claimed, tilt off, deg": _worst(rows, claimed=True),
-            "after a rest, tilt off, deg": _worst(rows, TURNS_S + RESTS_S - 2.0),
+            "after a rest, tilt off, deg": _worst(rows, tilts_s + RESTS_S - 2.0),
         }
 
 
@@ -191,6 +227,12 @@ SCENES = {
          for bias in (2.0, 5.0, 15.0)],
         {"claimed, off by, deg": 2.0, "after 5 s, deg": 2.0, "after 15 s, deg": 0.7},
     ),
+    "turned_swing": Scene(
+        turned_swing.__doc__, turned_swing,
+        [(b, axis, turns_s, bias) for b in _BOTH for axis in "xy"
+         for turns_s in (8.0, 12.0, 20.0, 25.0) for bias in ((2, -1.6, 15), (2, -15, -18))],
+        {"claimed, off by, deg": 3.0, "at last, deg": 2.0},
+    ),
     "turn": Scene(
         turn.__doc__, turn,
         [(b, sign * dps, stored) for b in _BOTH for dps in (2.0, 5.0, 12.0, 20.0, 30.0)
@@ -199,8 +241,9 @@ SCENES = {
     ),
     "tilt": Scene(
         tilt.__doc__, tilt,
-        [(b, dps, axis, stored) for b in _BOTH for dps in (1.0, -2.0, 5.0, -10.0, 15.0)
-         for axis in "xy" for stored in _KNOWN],
+        [(b, dps, axis, stored, seconds) for b in _BOTH
+         for dps in (0.5, 1.0, -2.0, 5.0, -10.0, 15.0) for axis in "xy" for stored in _KNOWN
+         for seconds in (4.0, 8.0)],
         {"yaw drifts, deg/s": 0.05, "claimed, tilt off, deg": 2.0,
          "after a rest, tilt off, deg": 2.0},
     ),

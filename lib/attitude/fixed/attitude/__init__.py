@@ -72,7 +72,7 @@
 # 96-98   BEFORE      the bias of the last rest, KEEP to twice that before its end      slow, stand
 # 99-101  NEXT        the bias that will be there next                                  slow, stand
 # 102     SINCE       since the last rest                                               slow, stand
-# 103     LEARNED     it has rested once                                                slow, stand
+# 103     LEARNED     1 it has rested once, 2 and that was no slow tilt                 slow, stand
 # 104     MOVED       it has moved since the start                               slow, level, stand
 # 105-118 SIGMA       how well each error is known, Q30; see learn       errors, learn, pace, stand
 # 119-121 RELATED     correlations of scales, Q15: y with z, z with x, x with y       learn, errors

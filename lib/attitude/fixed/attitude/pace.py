@@ -3,7 +3,8 @@
 attitude.Slow, with attitude.Bounds. Once per block, the two samples after slow.
 
 Bits of EVENT: 1 rest begins, 2 rest ends, 4 the attitude was lost, 8 the tilt is unknown, 32 the
-block turned too far, 64 the mean has levelled, 128 a gap may hide a turn (HIDDEN).
+block turned too far, 64 the mean has levelled, 128 a gap may hide a turn (HIDDEN), 256 the first
+rest was a slow tilt.
 
 Places and formats: this folder's __init__.
 """
@@ -64,6 +65,7 @@ _TILT = const(126)
 _LOOKS = const(137)
 _EXPLAINED = const(326)
 _REST_SIGMA = const(187402)  # 0.01 deg/s: how well a rest tells the bias; Q30
+_SLOW_SIGMA = const(18740330)  # 1 deg/s: when a slow tilt has passed for rest
 _REST_TILT = const(3748040)  # 0.2 degrees: how well it has seen the tilt that it leaves
 _HIDDEN = const(360)
 _UNTAUGHT = const(-50)  # blocks: until the loop has taken off what a gap has hidden
@@ -83,10 +85,12 @@ def gain(array):
         event |= 24
         if s[_AGE] > s[_YOUNG]:
             s[_AGE] = s[_YOUNG] + 1
-    if event & 1:
+    if event & 257:
         i = _SIGMA
         while i < _SIGMA + 3:
             s[i] = _REST_SIGMA
+            if event & 256:
+                s[i] = _SLOW_SIGMA
             i += 1
         s[_SIGMA + 12] = 0
         s[_SIGMA + 13] = 0

@@ -98,6 +98,10 @@ def slow(array):
     k = 32768 if new else s[_MEAN_K]
     d = n if new else 1
     steady = 1
+    tilts = 0
+    tilted = s[_TILTED]
+    if s[_LEARNED] < 2:  # nothing tells a slow tilt from the bias yet
+        tilted //= 3
     bound = s[_STILL_GYRO]
     i = 0
     while i < 6:
@@ -121,8 +125,8 @@ def slow(array):
             if s[_STILL] == 0:
                 s[_FIRST + i - 3] = t
             t = m - s[_FIRST + i - 3]
-            if (t ^ t >> 31) > s[_TILTED]:
-                steady = 0
+            if (t ^ t >> 31) > tilted:
+                tilts = 1
             t = (s[_FORCE + i - 3] * n << 6) - m
             if (t ^ t >> 31) > s[_SHAKEN]:
                 steady = 0
@@ -136,7 +140,7 @@ def slow(array):
     k = s[_STEADY] + 1
     if k > s[_STEADY_MAX]:
         k = s[_STEADY_MAX]
-    s[_STEADY] = k if steady else 0
+    s[_STEADY] = k if steady > tilts else 0
 
     # the mean rate can be the bias: what is known of that bounds what is believed
     rested = s[_AT_REST]
@@ -163,7 +167,7 @@ def slow(array):
                 steady = 0
             i += 1
     t = 0
-    if steady:
+    if steady > tilts:
         t = s[_STILL]
         if t < s[_REST] and new == 0:
             t += 1
@@ -174,7 +178,8 @@ def slow(array):
     s[_AT_REST] = still
 
     if still:  # the gyro reads its bias
-        s[_LEARNED] = 1
+        if learned == 0:
+            s[_LEARNED] = 1
         s[_SINCE] = 0
         if s[_AGE] < s[_OLD]:
             s[_AGE] = s[_OLD]
@@ -184,8 +189,9 @@ def slow(array):
             s[_EVENT] |= 1
             d = s[_REST] + 1
             k = 1
-        if d > s[_RESTED_MAX]:
+        if d >= s[_RESTED_MAX]:
             d = s[_RESTED_MAX]
+            s[_LEARNED] = 2
         s[_RESTED] = d
         s[_KEPT] = k
         yaw = 0
@@ -230,6 +236,11 @@ def slow(array):
             s[_YAW_NOISE] = 0
     elif rested:
         s[_EVENT] |= 2
+        if steady == 0:
+            s[_LEARNED] = 2
+        elif learned == 1:  # the first rest, and it was a slow tilt: its gyro read that
+            s[_LEARNED] = 0
+            s[_EVENT] |= 256
         i = 0
         while i < 3:
             s[_BIAS + i] = s[_BEFORE + i]  # motion begins before it is seen
