@@ -10,7 +10,7 @@ from .quaternion import levelling, product, unit, without_yaw
 from .rest import Rest
 from .up import Up
 
-_YOUNG_S = 1.5  # the mean alone levels
+_YOUNG_S = 0.72  # the mean alone levels
 _OLD_S = 100.0  # as if it had been running for so long, once it has rested
 _RATE_S = 3.0  # over which rates are squared
 _LOOK_S = 0.24  # between two looks, at one level axis and at the other; later twice as long
@@ -84,9 +84,9 @@ class Slow:
 
     def over_range(self):
         """The gyro has lost a part of a turn: as unsure as just after the start."""
-        if self._age_s > _YOUNG_S:
-            self._age_s = _YOUNG_S
-            self.gain = max(self.gain, 2.0 / _YOUNG_S)
+        if self._age_s > 2.0 * _YOUNG_S:
+            self._age_s = 2.0 * _YOUNG_S
+            self.gain = max(self.gain, 1.0 / _YOUNG_S)
         self.view.clear()  # what is wrong now is no fault that could be learned
         self._unknown = _START_TILT
 
@@ -121,7 +121,7 @@ class Slow:
             self.view.clear()
         if not rest.at_rest:
             q = self._learn(q, rates, span_s, None if wild else limited)
-        self.bounds.update(self.loop, span_s, rest.at_rest, self._age_s < 2.0 * _YOUNG_S)
+        self.bounds.update(self.loop, span_s, rest.at_rest, self._age_s < 3.0 * _YOUNG_S)
         return q
 
     def _watch_rest(self, q, now, span_s, accel):

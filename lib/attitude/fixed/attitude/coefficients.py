@@ -9,7 +9,7 @@ from attitude.counts import ACCEL_LSB_PER_G, GYRO_LSB_PER_DPS
 from attitude.fixed.folding import mantissa
 
 INC_PER_DPS = 4685077.9  # 2^30 / 4 in radians: times dt it is "inc"
-BLOCK_S, LOOK_S, YOUNG_S, OLD_S = 0.08, 0.24, 1.5, 100.0  # as in the float Attitude
+BLOCK_S, LOOK_S, YOUNG_S, OLD_S = 0.08, 0.24, 0.72, 100.0  # as in the float Attitude
 _FULL_SCALE = 32768 * 1.9  # of three axes and a calibration together
 _SPREAD = 0.7  # rad: longest lag_s * rate that the lag correction's formats hold
 _G = 9.80665

@@ -83,8 +83,8 @@ def gain(array):
     if s[_OVER]:  # the gyro has lost a part of a turn: as unsure as just after the start
         s[_OVER] = 0
         event |= 24
-        if s[_AGE] > s[_YOUNG]:
-            s[_AGE] = s[_YOUNG] + 1
+        if s[_AGE] > 2 * s[_YOUNG]:
+            s[_AGE] = 2 * s[_YOUNG] + 1
     if event & 257:
         i = _SIGMA
         while i < _SIGMA + 3:
@@ -299,7 +299,7 @@ def pace(array):
     if k >> 27:
         k = 134217727
     t = (k << 2) + (t >> 6) * 31
-    if s[_AGE] < 2 * s[_YOUNG] or t > _DOUBTED:
+    if s[_AGE] < 3 * s[_YOUNG] or t > _DOUBTED:
         s[_UNCERTAIN] = 1
     elif t < _CLAIMED:
         s[_UNCERTAIN] = 0
