@@ -183,7 +183,7 @@ class Outputs:
         while True:
             rows = tuple(self._rows)
             old = self._drive
-            self._drive = made = Drive(self._words, self._app, rows, self.feed, old)
+            self._drive = made = Drive(self._words, self._app, rows, self.feed)
             self.active = bool(rows)
             self.soft = any(not row[2] for row in rows)
             drive = made.tick if rows or self.feed else None
@@ -191,7 +191,7 @@ class Outputs:
                 drive = self.tap(drive)
             self._tick.drive = drive or made.tick
             if old:
-                made.take_state(old)  # what failed in a tick of the meantime
+                made.take_state(old)  # now that it knows all: also a tick of the meantime
             self._words[_OUTPUTS] = 1 if drive else 0
             self._words[_DUE] = 0  # the foreground is wanted after each tick from now on
             if rows == tuple(self._rows):

@@ -29,22 +29,18 @@ _GIVEN_UP = const(4)  # its update raised too often, and it has its safe value
 
 class Drive:
     """Made by firmware.outputs, replaced whole. rows: (update, safe or None, hard, tune or None).
-
-    old: the drive before this one, whose failures go on counting.
     """
 
-    def __init__(self, words, app, rows=(), feed=None, old=None):
+    def __init__(self, words, app, rows=(), feed=None):
         self.words = words
         self.flags = array("i", [0] * len(rows))
         self.in_row = array("i", [0] * len(rows))
         self.kinds = [None] * len(rows)  # the class of each one's first exception
         self.rows = rows
-        if old:
-            self.take_state(old)
         self.tick = self._make(app, rows, feed)
 
     def take_state(self, old):
-        """What the drive `old` knows of the same outputs, too."""
+        """What the drive before this one knows of the same outputs, whose failures count on."""
         for i, row in enumerate(old.rows):
             if row in self.rows:
                 k = self.rows.index(row)

