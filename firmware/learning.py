@@ -26,11 +26,10 @@ _RESTS = const(20)  # a minute of it is no turn
 _LONG = const(40)  # nor are two, of a rate that is not the bias as known
 _TURN_DPS = const(1.97)  # a start's rest that was a turn: that much faster
 _DRIFT_DPS = const(2.0)  # and further no bias moves by itself
-# without a rest: when all of the bias is known so well in motion, deg/s; then the worst of it,
-# turned from the vertical, tilts by less than two degrees until the filter has seen it
-_LEARNED_DPS = const(6.0)
-_LEARNED_DEG = const(0.5)  # and the tilt
-_SECONDS = const(3)  # for so long
+# without a rest: when all of the bias is known so well in motion, deg/s; then what is left of
+# it, turned from the vertical, tilts by little until the filter has seen it
+_LEARNED_DPS = const(5.0)
+_SECONDS = const(8)  # for so long
 _UNSURE_US = const(16)  # a place of firmware.tick.words
 _LONG_US = const(60000000)
 _SLOPE_MAX = const(0.7)  # deg/s per degC: twice the datasheet's (PS p. 12)
@@ -169,10 +168,10 @@ class Learning:
 
 
 def _has_learned(filter):
-    """Whether it knows tilt and gyro's bias without a rest, which few filters can."""
-    if filter.uncertain or not hasattr(filter, "learned"):
+    """Whether it knows its gyro's bias without a rest, which few filters can."""
+    if filter.uncertain or not hasattr(filter, "bias_sigma_dps"):
         return False
-    return filter.tilt_sigma_deg < _LEARNED_DEG and max(filter.learned()[3]) < _LEARNED_DPS
+    return max(filter.bias_sigma_dps) < _LEARNED_DPS
 
 
 def _along(v, accel_g):

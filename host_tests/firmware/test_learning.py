@@ -2,6 +2,7 @@
 """What is known of the gyro's bias: at rest, turning, swinging, with and without a stored one."""
 
 import math
+import sys
 
 import pytest
 
@@ -110,6 +111,17 @@ def test_a_rest_that_comes_after_the_start_has_begun_is_taken(rig):
     """Put down while it starts."""
     _, app = rig(Turn(40.0, "x", 0.0, 0.6))
     assert off(app.calibration.gyro_bias_dps) < 0.1 and app.warnings == []
+
+
+def test_what_asks_a_filter_in_motion_loads_nothing(rig):
+    """A module loaded while the loop runs takes heap in one piece, and a hard tick its stack."""
+    port, app = rig(Sinusoid(20.0, 0.5, "roll"))
+    before = set(sys.modules)
+    for name in [name for name in before if name.startswith("attitude.fixed.attitude.")]:
+        del sys.modules[name]
+    before = set(sys.modules)
+    until(port, 15.0)
+    assert not app.filter.uncertain and set(sys.modules) == before
 
 
 # ---- steady turns and tilts at the start

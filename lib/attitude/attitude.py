@@ -167,8 +167,12 @@ class Attitude(Orientation):
         learning = self._slow.learning
         scale = [1.0 - learning.matrix[n] for n in (0, 4, 8)]
         scale_sigma = [learning.sigma[n] for n in (3, 7, 11)]
-        bias_sigma = [degrees(learning.sigma[n]) for n in (0, 1, 2)]
-        return tuple(scale), tuple(scale_sigma), self.bias_dps, tuple(bias_sigma)
+        return tuple(scale), tuple(scale_sigma), self.bias_dps, self.bias_sigma_dps
+
+    @property
+    def bias_sigma_dps(self):
+        """One sigma of each of them, deg/s."""
+        return tuple([degrees(self._slow.learning.sigma[n]) for n in (0, 1, 2)])
 
     @property
     def uncertain(self):

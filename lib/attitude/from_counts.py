@@ -57,6 +57,11 @@ class FloatAttitude(FromCounts):
         return self.cores[0].bias_dps
 
     @property
+    def bias_sigma_dps(self):
+        """One sigma of each of them, deg/s."""
+        return self.cores[0].bias_sigma_dps
+
+    @property
     def uncertain(self):
         """True while the tilt is not known well enough to be claimed."""
         return self.cores[0].uncertain

@@ -141,6 +141,8 @@
 # 357-359 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                              learn
 # 360     HIDDEN      tilt that a gap may hide, rad Q15                                        turn
 
+from math import degrees
+
 import micropython
 from micropython import const
 
@@ -269,6 +271,11 @@ class Attitude(Fixed):
         return tuple([b * scale for b in self._s[_BIAS : _BIAS + 3]])
 
     @property
+    def bias_sigma_dps(self):
+        """One sigma of each of them, deg/s."""
+        return tuple([degrees(sigma / 1073741824.0) for sigma in self._s[_SIGMA : _SIGMA + 3]])
+
+    @property
     def uncertain(self):
         """True while the tilt is not known well enough to be claimed."""
         return self._s[_UNCERTAIN] == 1
@@ -308,7 +315,7 @@ class Attitude(Fixed):
         much, as a part of the rate and in deg/s, on top of the calibration."""
         from attitude.fixed.attitude.claims import learned
 
-        return self.whole(lambda state: learned(state, self.bias_dps))
+        return self.whole(lambda state: learned(state, self.bias_dps, self.bias_sigma_dps))
 
     def calibration_learned(self):
         """The nine elements that a true rate is made of by one calibrated before, row by row."""

@@ -5,8 +5,6 @@ For the foreground: see attitude.bounds, attitude.gyro_learning. `state` is the 
 Places and formats: this folder's __init__.
 """
 
-from math import degrees
-
 from micropython import const
 
 from attitude.bounds import tilt_deg, yaw_deg
@@ -26,11 +24,11 @@ def _sigma(state, i):
     return state[_SIGMA - _STATE + i] / _Q30
 
 
-def learned(state, bias_dps):
+def learned(state, bias_dps, bias_sigma_dps):
     """See Attitude.learned."""
     scale = tuple([-state[_MATRIX - _STATE + i] / _Q30 for i in (0, 4, 8)])
     scale_sigma = tuple([_sigma(state, i) for i in (3, 7, 11)])
-    return scale, scale_sigma, bias_dps, tuple([degrees(_sigma(state, i)) for i in (0, 1, 2)])
+    return scale, scale_sigma, bias_dps, bias_sigma_dps
 
 
 def matrix(state):
