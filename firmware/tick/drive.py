@@ -51,8 +51,10 @@ class Drive:
                     self.words[_AGAIN] = 1
 
     def _make(self, app, rows, feed):
+        updates = tuple([row[0] if row[2] else None for row in rows])
+
         @micropython.native
-        def drive(fresh, self=self, app=app, rows=rows, feed=feed, words=self.words,
+        def drive(fresh, self=self, app=app, updates=updates, feed=feed, words=self.words,
                   in_row=self.in_row):  # fmt: skip
             if words[_AGE_US] >= words[_STALE_US]:
                 if not words[_IS_SAFE]:
@@ -65,10 +67,10 @@ class Drive:
             if i == words[_PATIENCE]:  # the foreground is stuck: what it steers is not steered
                 self.safe_soft()
             i = 0
-            for row in rows:
-                if row[2]:
+            for update in updates:
+                if update:
                     try:
-                        row[0](app)
+                        update(app)
                         in_row[i] = 0
                     except BaseException as error:
                         good = 0

@@ -14,7 +14,9 @@ from micropython import const
 _DUE = const(12)  # ticks until the foreground is wanted, a place of firmware.tick.words
 _PAST_START = const(720)  # samples in which each block levels: 2.8 s at 250 Hz
 
-_laps = array("i", [0] * 50)
+_CYCLE = const(120)  # samples at 250 Hz in which all comes once that comes by turns: six blocks
+
+_laps = array("i", [0] * _CYCLE)
 _empty_us = 0.0
 
 
@@ -67,9 +69,10 @@ def locked(call, argument, before, second):
         micropython.heap_unlock()
 
 
-def row(name, call, argument=None, before=gc.isenabled, n=25, second=None):  # 5 blocks
+def row(name, call, argument=None, before=gc.isenabled, n=_CYCLE, second=None):
     gc.collect()
     gc.disable()
+    laps(call, argument, before, 1, second)  # the first after a pause has a gap to look at
     size = laps(call, argument, before, n, second)
     gc.enable()
     gc.collect()
@@ -243,13 +246,13 @@ def app_steps(app):
                 begin(None)
                 next_sample()
 
-        row("app." + burst, tick.step, 2000, before, 50, 1000)
+        row("app." + burst, tick.step, 2000, before, second=1000)
         if burst == "split":
             tick.timing.follow(time.ticks_us())  # no gap before the first
-            row("app.run", tick.run, None, before, 50)
+            row("app.run", tick.run, None, before)
         checked, judge.judge = judge.judge, trusting
         tick.wire(app.imu, app.bus.words, app.period_us, False, 450 if burst == "split" else 0)
-        row("app." + burst + ".unchecked", tick.step, 2000, before, 50, 1000)
+        row("app." + burst + ".unchecked", tick.step, 2000, before, second=1000)
         judge.judge = checked
         tick.after = app.foreground.after
         app.loop.stop()
