@@ -50,7 +50,7 @@ def calibrate(board, *arguments, chip=None, motions=(), last=None):
     """(exit code, text) of the tool on a board, which is left to a person at a terminal."""
     with board.terminal() as port:
         command = [sys.executable, "-m", "tools.calibrate", "--port", port.path, *arguments]
-        code, printed = port.program(command, 240, Person(port, chip, motions, last))
+        code, printed = port.program(command, 900, Person(port, chip, motions, last))
         line = os.open(port.path, os.O_RDWR | os.O_NOCTTY)
         os.write(line, b"6*7\r")
         port.serve_ms(50)

@@ -49,6 +49,8 @@ def measured(board, samples, knobs, rate_hz=None):
         "period_us": stats["period_us"],
         "tick": stats["tick"],
         "step_p50_us": stats["step_p50_us"],
+        "step_max_us": stats["step_max_us"],
+        "late_max_us": stats["late_max_us"],
     }
 
 
