@@ -14,7 +14,7 @@ import datetime
 import math
 import sys
 
-from tools.deploy.link import DeployError, Gone, Link, Raised
+from tools.deploy.link import ANSWER_S, DeployError, Gone, Link, Raised
 
 _INTRO = """Lay the sensor as each line says, take your hand off it, press Enter. Side +x is where
 its x arrow points. Ctrl-C stops, and nothing is stored."""
@@ -135,7 +135,7 @@ def calibrate(args):
 
         def run(code):
             try:
-                return board.run(code, 10 + 5 * args.seconds)
+                return board.run(code, ANSWER_S + 5 * args.seconds)
             except Raised as error:
                 raise Refused(_plain(error.traceback)) from error
 
