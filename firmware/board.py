@@ -148,6 +148,11 @@ class Board:
         return self.i2c()
 
     @property
+    def is_held(self):
+        """Whether a device holds SDA low. Only while nobody transfers: its level is data then."""
+        return not Pin(self.sda).value()  # without a mode: the I2C block keeps it
+
+    @property
     def has_spare_timer(self):
         """Whether two apps leave one for each to notice that the other one has died."""
         return self.row.timers[0] < 0 or len(self.row.timers) > 2

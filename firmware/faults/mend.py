@@ -24,6 +24,7 @@ _RESET_DONE = const(5)
 _ODD = const(0)
 _CAUSE = const(1)
 _IN_ROW = const(2)
+_PREDICTED = const(4)
 _UNUSED_US = const(6)
 _RING_US = const(7)
 _SURE = const(8)
@@ -47,7 +48,8 @@ class Mend:
         self._imu, self._board, self._bus, self._words = imu, board, bus, words
         self._adopted = adopted
         self._doing = _WELL
-        self._acted = 0  # IN_ROW when something was done last
+        self._acted = 0  # IN_ROW when something was done last, in this outage
+        self._outage = 0
         self._row = 0
         self._wait_ms = None
         self._lost = False  # a register's value, and that is counted
@@ -64,12 +66,16 @@ class Mend:
             return
         if self._doing == _WELL and words[_SURE]:
             return  # mended, and no fault since; it may still settle
-        in_row = words[_IN_ROW]
-        if in_row < self._acted or not in_row:
-            self._acted = 0
+        predicted = in_row = -1
+        while predicted != words[_PREDICTED]:  # a tick may come between
+            predicted, in_row = words[_PREDICTED], words[_IN_ROW]
+        if predicted - in_row != self._outage:  # there was a good sample, or another cause
+            self._outage, self._acted = predicted - in_row, 0
         try:
             if self._doing == _WELL or words[_CAUSE] == policy.TIMEOUT:
                 self._decide(words[_CAUSE], in_row)
+            if self._doing:
+                self._let_go()
             if self._doing == _VERIFY:
                 self._verify()
             elif self._doing == _REPAIR:
@@ -103,6 +109,13 @@ class Mend:
             self._go(_VERIFY)
         elif action == policy.RESET:
             self._go(_RESET)
+
+    def _let_go(self):
+        """A bus that is held is freed first: each transfer on it would wait for its time-out."""
+        with self._bus:
+            if self._board.is_held:
+                self._count(policy.TIMEOUT)
+                self._recover()
 
     def _recover(self):
         with self._bus:
