@@ -32,7 +32,6 @@ _LEARNED_DPS = const(5.0)
 _SECONDS = const(8)  # for so long
 _UNSURE_US = const(16)  # a place of firmware.tick.words
 _LONG_US = const(60000000)
-_LOOK_US = const(400000)  # two looks: until the next one the tilt is as uncertain as at this
 _SLOPE_MAX = const(0.7)  # deg/s per degC: twice the datasheet's (PS p. 12)
 
 
@@ -66,7 +65,6 @@ class Learning:
         self._former = None  # and one that was taken for it
         self._moved = False
         self._unsure = known == NOTHING
-        self._certain = None  # the filter that has once been
         self._rested = 0  # looks in a row at which the filter called it rest
         self._learned = 0  # seconds in a row in which it knew all of the bias without
         self.rests = 0  # that were learned
@@ -84,10 +82,6 @@ class Learning:
                 self._learned = self._learned + 1 if _has_learned(filter) else 0
                 self._unsure = self._unsure and self._learned < _SECONDS
             self._words[_UNSURE_US] = _LONG_US if self._unsure else 0
-        if not filter.uncertain:
-            self._certain = filter
-        elif self._certain is filter and self._words[_UNSURE_US] < _LOOK_US:
-            self._words[_UNSURE_US] = _LOOK_US
         seen = self._watch.look()
         if seen < 0:
             self._has_moved()
