@@ -344,11 +344,10 @@ class App:
         if pace or _any(names, CHIP):
             wiring.change(self, pace)
         else:
+            self._tidy()
             if "filter" in names:
-                self._tidy()
                 wiring.renew(self, self.filter)
             elif _any(names, filters.SETTINGS[config.filter]):
-                self._tidy()
                 wiring.prepare(self, settings=filters.settings(config, self.imu))
             wiring.settle(self)
         if _any([name.split("_")[0] for name in names], self._attached):

@@ -360,7 +360,10 @@ class Stream:
         if time.ticks_diff(now, self._words[_TOLD]) >= 0:  # first: headers may follow each other
             self._words[_TOLD] = time.ticks_add(now, _STATUS_MS)
             self._counts(own)
-            frames = _FRAMES - self._frames[_FILLED]  # the same until the four are full
+            while self._frames[_FILLED] < _FRAMES - 1:  # the same until the four are full
+                own[_HEAD] = 1
+                own[_TAIL] = 0
+                fill(0, 0, 0, own, self._frames)
         elif self._next == self._chunks and not self._todo:  # one is written just now
             self._words[_BESIDE] = 0
             return
@@ -373,12 +376,9 @@ class Stream:
                 self._header.size)  # fmt: skip
             self._next = chunk + 1
             self._count()
-            frames = 1
-        while frames:
-            own[_HEAD] = 1
-            own[_TAIL] = 0
-            fill(0, 0, 0, own, self._frames)
-            frames -= 1
+        own[_HEAD] = 1
+        own[_TAIL] = 0
+        fill(0, 0, 0, own, self._frames)
 
     @micropython.native
     def _counts(self, own):
