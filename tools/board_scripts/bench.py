@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 # Runs on the board: times each stage and prints one line for each figure. tools/bench.py calls
 # main(), and main_app() after a new start, since a program loads only what it uses.
-# Times are net of an empty call, each call timed by itself, the collector off.
+# Times are net of an empty call, each call timed by itself, the collector off; the first one,
+# which comes after a pause, is not counted.
 
 import gc
 import sys
@@ -12,7 +13,7 @@ import micropython
 from micropython import const
 
 _DUE = const(12)  # ticks until the foreground is wanted, a place of firmware.tick.words
-_PAST_START = const(720)  # samples in which each block levels: 2.8 s at 250 Hz
+_PAST_START = const(720)  # samples after which a start is over: 2.9 s at 250 Hz
 
 _CYCLE = const(120)  # samples at 250 Hz in which all comes once that comes by turns: six blocks
 
@@ -248,7 +249,7 @@ def app_steps(app):
 
         row("app." + burst, tick.step, 2000, before, second=1000)
         if burst == "split":
-            tick.timing.follow(time.ticks_us())  # no gap before the first
+            tick.timing.follow(time.ticks_us())  # after a long gap it would level anew
             row("app.run", tick.run, None, before)
         checked, judge.judge = judge.judge, trusting
         tick.wire(app.imu, app.bus.words, app.period_us, False, 450 if burst == "split" else 0)

@@ -7,6 +7,7 @@ import time
 from mpremote.transport import TransportError
 from mpremote.transport_serial import SerialTransport
 
+from tools.deploy.link import ANSWER_S
 from tools.link.demux import Demux, LineLost
 
 # `app` is what main.py has started, or a new one
@@ -18,7 +19,6 @@ if app is None:
     app.start()
 """
 ENTER_S = 10.0
-ANSWER_S = 300  # without a byte: a board takes seconds, an emulated one on a busy machine minutes
 
 
 class BoardError(Exception):
