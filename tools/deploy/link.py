@@ -15,7 +15,7 @@ from mpremote.transport_serial import SerialTransport
 from serial.tools import list_ports
 
 ON_BOARD = Path(__file__).resolve().parents[1] / "board_scripts" / "deploy.py"
-ANSWER_S = 300  # without a byte: a board takes seconds, an emulated one on a busy machine minutes
+ANSWER_S = 120  # without a byte: a board takes seconds, an emulated one far longer
 QUIET_S = 10  # no byte for so long: nobody is there
 BACK_S = 10  # within which a board is back on its port after a reset
 RIGHTS = {
