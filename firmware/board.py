@@ -148,7 +148,7 @@ class Board:
         return self.i2c()
 
     @property
-    def is_held(self):
+    def held(self):
         """Whether a device holds SDA low. Only while nobody transfers: its level is data then."""
         return not Pin(self.sda).value()  # without a mode: the I2C block keeps it
 

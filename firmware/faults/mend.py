@@ -75,7 +75,7 @@ class Mend:
             if self._doing == _WELL or words[_CAUSE] == policy.TIMEOUT:
                 self._decide(words[_CAUSE], in_row)
             if self._doing:
-                self._let_go()
+                self.release()
             if self._doing == _VERIFY:
                 self._verify()
             elif self._doing == _REPAIR:
@@ -110,10 +110,10 @@ class Mend:
         elif action == policy.RESET:
             self._go(_RESET)
 
-    def _let_go(self):
+    def release(self):
         """A bus that is held is freed first: each transfer on it would wait for its time-out."""
         with self._bus:
-            if self._board.is_held:
+            if self._board.held:
                 self._count(policy.TIMEOUT)
                 self._recover()
 

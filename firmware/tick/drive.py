@@ -54,7 +54,7 @@ class Drive:
         updates = tuple([row[0] if row[2] else None for row in rows])
 
         @micropython.native
-        def drive(fresh, self=self, app=app, updates=updates, feed=feed, words=self.words,
+        def drive(fresh, self=self, app=app, rows=updates, feed=feed, words=self.words,
                   in_row=self.in_row):  # fmt: skip
             if words[_AGE_US] >= words[_STALE_US]:
                 if not words[_IS_SAFE]:
@@ -67,7 +67,7 @@ class Drive:
             if i == words[_PATIENCE]:  # the foreground is stuck: what it steers is not steered
                 self.safe_soft()
             i = 0
-            for update in updates:
+            for update in rows:
                 if update:
                     try:
                         update(app)
