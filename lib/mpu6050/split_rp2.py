@@ -15,6 +15,7 @@ from array import array
 
 import micropython
 from micropython import const
+from uctypes import addressof
 
 # word offsets in the block
 _IC_TAR = const(0x04 >> 2)
@@ -37,11 +38,14 @@ _TIMER = const(2)
 _STARTED_US = const(3)
 _LIMIT_US = const(4)
 # words of one sensor: address; what finish() left: 0 nothing, 1 a sample, -errno a failure; when
-# its last burst began; how old a burst may be when it is taken
+# its last burst began; how old a burst may be when it is taken; where the shared words and the
+# counts are, since an attribute costs 2 us
 _ADDRESS = const(0)
 _LEFT = const(1)
 _BEGAN_US = const(2)
 _EXPIRE_US = const(3)
+_SHARED = const(4)
+_COUNTS = const(5)
 _NEVER_US = const(1 << 29)
 
 _blocks = {}  # type: dict  # block address: (shared words, {sensor address: Split})
@@ -69,13 +73,14 @@ class Split:
     """One sensor's burst; `busy[0]` is not 0 while any sensor's burst runs on this block."""
 
     def __init__(self, i2c, address, counts):
-        self._own = array("i", (address, 0, 0, _NEVER_US))
-        self._counts = counts
+        self._own = array("i", (address, 0, 0, _NEVER_US, 0, addressof(counts)))
+        self._counts = counts  # kept, as its address is
         self.use_bus(i2c)
 
     def use_bus(self, i2c):
         """Work on the block behind this machine.I2C, which may be made anew after a recovery."""
         self.busy, self._users = _shared(i2c)
+        self._own[_SHARED] = addressof(self.busy)
         self._users[self._own[_ADDRESS]] = self
 
     def expire(self, age_us):
@@ -88,7 +93,7 @@ class Split:
         arrived and is too old to be taken is dropped for it.
         """
         own = ptr32(self._own)
-        shared = ptr32(self.busy)
+        shared = ptr32(own[_SHARED])
         bus = ptr32(shared[_BLOCK])
         timer = ptr32(shared[_TIMER])
         if shared[_BUSY]:
@@ -124,7 +129,7 @@ class Split:
         when the bus is stuck or someone else used it meanwhile. Never raises, never waits.
         """
         own = ptr32(self._own)
-        shared = ptr32(self.busy)
+        shared = ptr32(own[_SHARED])
         timer = ptr32(shared[_TIMER])
         old = ((timer[0] & _WRAP) - own[_BEGAN_US] & _WRAP) > own[_EXPIRE_US]
         if shared[_BUSY] != own[_ADDRESS]:
@@ -136,7 +141,7 @@ class Split:
         bus = ptr32(shared[_BLOCK])
         if bus[_IC_RXFLR] != 14:
             return int(self._unready())
-        counts = ptr8(self._counts)
+        counts = ptr8(own[_COUNTS])
         counts[1] = bus[_IC_DATA_CMD] & 0xFF  # FIRST_DATA_BYTE [11] comes with this one
         counts[0] = bus[_IC_DATA_CMD]
         counts[3] = bus[_IC_DATA_CMD]
