@@ -131,6 +131,7 @@ class Foreground:
         if part == _REGISTER:
             if app.mend.well and not app.bus.held:
                 try:
+                    app.mend.release()
                     if not (app.imu.check() or app.imu.recheck()):
                         app.mend.repair()
                 except OSError as error:

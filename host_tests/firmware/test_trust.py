@@ -72,6 +72,21 @@ def test_the_next_outage_is_met_as_fast_as_the_first(board, name):
         assert max(took_ms) - min(took_ms) < 9
 
 
+@pytest.mark.parametrize("board", ["rp2 hard", "esp32", "ESP32S3 1.29"])
+def test_a_look_at_a_register_does_not_wait_for_a_bus_held_since_the_tick(board):
+    with Rig(next(kind for kind in KINDS if kind.name == "sda_held"), board) as rig:
+        app = rig.app
+        for clocks in range(1, 10):
+            app.foreground._part = 0
+            rig.bus.faults.append(make("sda_held", clocks=clocks))
+            before_s = rig.now_s
+            app.foreground._look(app)
+            assert rig.now_s - before_s < 0.005
+            rig.run(0.1)
+            assert app.mend.well and not app.stale
+        assert app.stats()["timeout"] >= 9
+
+
 def test_a_fault_that_nobody_handles_would_be_seen_by_the_tool():
     """The tool's own check: with the guard switched off a filled burst is a wrong angle."""
     kind = next(kind for kind in KINDS if kind.name == "filled_FF")
