@@ -66,7 +66,7 @@ class Guard:
         space: dict = {}
         try:
             exec(_SOURCE % _bytes(self._table), space)
-        except (NameError, SyntaxError):
+        except (ImportError, SyntaxError):
             return  # no Thumb: a RISC-V core, a PC
         self._call = space["guard"]
 

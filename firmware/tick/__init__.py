@@ -104,12 +104,10 @@ class Tick:
         self.words[_LATE_US] = late_us = period_us + (period_us >> 1)
         imu.expire(lead_us + (period_us >> 1) if lead_us else 1 << 29)
         self.drive = self.drive or _nothing
-        poll = imu.poll if lead_us else imu.fetch
-        if lead_us == period_us:
-            poll = _polls_and_starts(imu.poll, imu.start)
+        burst = _burst(imu, lead_us, period_us)
         self._lost = self._make_lost()
-        self._odd = self._make_odd(imu, lock, poll, period_us, timed, late_us)
-        self.step = self._make_step(imu, lock, poll, timed)
+        self._odd = self._make_odd(imu, lock, burst, period_us, timed, late_us)
+        self.step = self._make_step(imu, lock, burst, timed)
         self.run = self._make_run()
         self.begin = self._make_begin(imu.start, lock)
 
@@ -177,7 +175,9 @@ class Tick:
         except BaseException:
             words[_ERRORS] += 1
 
-    def _make_step(self, imu, lock, poll, timed):
+    def _make_step(self, imu, lock, burst, timed):
+        poll, a, b, c = burst
+
         @micropython.native
         def step(
             dt_us,
@@ -187,6 +187,9 @@ class Tick:
             lock=lock,
             timed=timed,
             poll=poll,
+            a=a,
+            b=b,
+            c=c,
             judge=judge.judge,
             counts=imu.counts,
             memory=self.memory,
@@ -198,7 +201,7 @@ class Tick:
             if more >= _LONG_WAY:
                 fresh = tick._odd(dt_us, now)
             else:
-                fresh = poll()
+                fresh = poll(a, b, c)
                 if fresh == 1:
                     cause = judge(counts, memory)
                     if cause:
@@ -268,7 +271,9 @@ class Tick:
 
         return lost
 
-    def _make_odd(self, imu, lock, poll, period_us, timed, late_us):
+    def _make_odd(self, imu, lock, burst, period_us, timed, late_us):
+        poll, a, b, c = burst
+
         @micropython.native
         def odd(
             dt_us,
@@ -280,6 +285,9 @@ class Tick:
             period_us=period_us,
             timed=timed,
             poll=poll,
+            a=a,
+            b=b,
+            c=c,
             counts=imu.counts,
             memory=self.memory,
         ):
@@ -311,7 +319,7 @@ class Tick:
                 return tick._lost(_BUSY, dt_us, now)
             turned_away = lock[1]
             lock[1] = 0
-            cause = poll()
+            cause = poll(a, b, c)
             if cause != 1:
                 cause = _BUSY if turned_away and not cause else cause_of(cause)
                 return tick._lost(cause, dt_us, now)
@@ -368,6 +376,15 @@ class Tick:
                 words[_WAITING] = 0
 
 
+def _burst(imu, lead_us, period_us):
+    """What brings a burst: a function and its three arguments, as a driver's `burst`."""
+    if lead_us == period_us:
+        return _called, _polls_and_starts(imu.poll, imu.start), None, None
+    if lead_us and imu.burst:
+        return imu.burst
+    return _called, imu.poll if lead_us else imu.fetch, None, None
+
+
 def _polls_and_starts(poll, start):
     @micropython.native
     def polled(poll=poll, start=start):
@@ -376,6 +393,11 @@ def _polls_and_starts(poll, start):
         return got
 
     return polled
+
+
+@micropython.native
+def _called(poll, _b, _c):
+    return poll()
 
 
 @micropython.native

@@ -151,6 +151,14 @@ def test_the_ticks_calls_never_raise_and_take_no_lock(kind, platform):
         imu.start()
         port.run_ms(0.5)
         assert imu.poll() == 1
+        assert (imu.burst is not None) == imu.split
+        if imu.burst:
+            poll, *arguments = imu.burst
+            assert len(arguments) == 3
+            assert poll(*arguments) == 0
+            imu.start()
+            port.run_ms(0.5)
+            assert poll(*arguments) == 1
         assert lock.taken == 0
 
 

@@ -3,7 +3,6 @@
 
 import sys
 import textwrap
-from array import array
 
 import pytest
 
@@ -200,39 +199,3 @@ def test_wrong_names_are_refused():
         Port("stm32")
     with pytest.raises(ValueError, match="RP2040, RP2040W, RP2350"):
         Port("rp2", machine_name="ESP32")
-
-
-SUM = """
-import micropython
-@micropython.viper
-def total(address: int, n: int) -> int:
-    words = ptr32(address)
-    words[n] = 0
-    sum = 0
-    for i in range(n):
-        sum += words[i]
-    return sum
-"""
-
-
-def test_a_buffer_is_reached_by_its_address_until_it_is_freed(tmp_path):
-    source = tmp_path / "total.py"
-    source.write_text(SUM)
-    with Port("rp2", paths=[tmp_path]) as port:
-        addressof = port.importer.board_import("uctypes").addressof
-        total = port.importer.board_import("total").total
-        words, others = array("i", [5, -7, 1 << 29, 9]), array("i", [1, 2])
-        address = addressof(words)
-        assert address == addressof(words) != addressof(others)
-        assert 0 < address < 1 << 30 and address % 4 == 0  # a small integer, as on the chips
-        assert total(address, 3) == (1 << 29) - 2
-        assert words[3] == 0
-        assert total(address + 4, 2) == (1 << 29) - 7
-        assert total(addressof(others), 1) == 1
-        with pytest.raises(IndexError):
-            total(addressof(others), 2)
-        with pytest.raises(IndexError, match="nothing is there"):
-            total(address + (1 << 24), 1)
-        del words
-        with pytest.raises(IndexError, match="freed"):
-            total(address, 1)

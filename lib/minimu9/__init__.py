@@ -85,7 +85,7 @@ class MinIMU9:
     take to answer. OSError says what was seen; ValueError lists what can be set.
     """
 
-    split = False
+    split, burst = False, None
     asleep = False
     profile = _Profile
     rate_hz = 760.0

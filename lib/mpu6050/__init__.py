@@ -15,6 +15,7 @@ What the app asks of a sensor; minimu9.MinIMU9 is another one:
   `gyro_dps()`, `temp_c()` of what it fetched; `lock`: held in each transfer, or None
 - for the tick, which take no lock and never raise: `start()`, `poll()` and `fetch()` (1, or
   -errno; poll() 0: nothing of now), `expire(age_us)`; `finish()`: the bus is free now.
+  `burst`: poll() as a function and its three arguments where that costs less, or None.
   `collect()`: poll() for a loop of one's own, OSError
 - settings: `set_up(gyro_dps, accel_g, dlpf_hz, rate_hz)`, `data_ready(enable)`, `use_bus(i2c)`;
   `bus`: the one in use
@@ -95,7 +96,7 @@ class MPU6050(Registers):
         self.lock = lock
         self.counts = array("h", (0, 0, 0, 0, 0, 0, 0))
         self._burst = bytearray(14)
-        self._split, self._busy = None, _IDLE
+        self._split, self._busy, self.burst = None, _IDLE, None
         self.use_bus(i2c)
         seen = {} if seen is None else seen
         self.who_am_i, self.profile = identify(self, allow_unknown, wait_ms, seen)
@@ -144,9 +145,9 @@ class MPU6050(Registers):
                 self._split = split = Split(i2c, self.address, self.counts)
                 # on the instance, so that no Python method stands in between: 12 us a call
                 self.start, self.collect, self.poll = split.start, split.collect, split.poll
-            self._busy = self._split.busy
+            self._busy, self.burst = self._split.busy, self._split.burst
         elif self._split:
-            self._split, self._busy = None, _IDLE
+            self._split, self._busy, self.burst = None, _IDLE, None
             del self.start, self.collect, self.poll
 
     @property

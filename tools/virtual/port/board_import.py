@@ -13,11 +13,11 @@ from tools.virtual import viper
 ROOT = Path(__file__).resolve().parents[3]
 _HOST = {
     "array", "binascii", "builtins", "cmath", "collections", "deflate", "hashlib", "heapq",
-    "io", "json", "math", "random", "re", "struct",
+    "io", "json", "math", "random", "re", "struct", "uctypes",
 }  # fmt: skip
 _REPLACED = {
     "asyncio", "errno", "gc", "machine", "micropython", "os", "rp2", "esp32", "select", "sys",
-    "time", "uctypes",
+    "time",
 }  # fmt: skip
 
 

@@ -255,5 +255,4 @@ def make_modules(port):
         "select": _module("select", poll=poll, POLLIN=1, POLLOUT=4, POLLERR=8, POLLHUP=16),
         "rp2": _module("rp2", bootsel_button=lambda: 0, PIO=None, Flash=None),
         "esp32": _make_esp32(port),
-        "uctypes": _module("uctypes", addressof=port.peripherals.heap.addressof),
     }

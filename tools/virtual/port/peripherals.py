@@ -1,11 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is at an address, for viper's pointers and for `machine.mem32`: peripheral registers, and
-buffers that `uctypes.addressof` was asked for.
-"""
-
-import weakref
-
-from tools.virtual import viper
+"""Peripheral registers by address, for viper's ptr32 and for `machine.mem32`."""
 
 from .rp2_i2c import ACCESS_NS, I2CBlock
 
@@ -71,49 +65,18 @@ class WakePointer:
         return False
 
 
-class Heap:
-    """Addresses of buffers, none a register's; one that the board would have freed is gone."""
-
-    _FIRST, _ROOM = 0x2F000000, 0x1000  # a small integer, as on the chips; longest buffer
-
-    def __init__(self):
-        self._buffers = []
-
-    def addressof(self, buffer, /):
-        """uctypes.addressof()."""
-        known = [n for n, ref in enumerate(self._buffers) if ref() is buffer]
-        if not known:
-            if memoryview(buffer).nbytes > self._ROOM:
-                raise ValueError("the virtual heap has %d bytes for a buffer" % self._ROOM)
-            known = [len(self._buffers)]
-            self._buffers.append(weakref.ref(buffer))
-        return self._FIRST + known[0] * self._ROOM
-
-    def find(self, address, kind):
-        """Return what a pointer of `kind` to `address` reaches, or None."""
-        number, offset = divmod(address - self._FIRST, self._ROOM)
-        if not 0 <= number < len(self._buffers):
-            return None
-        buffer = self._buffers[number]()
-        if buffer is None:
-            raise IndexError("%s of a buffer that is freed: 0x%08X" % (kind, address))
-        return viper.pointer(memoryview(buffer).cast("B")[offset:], kind, "an address")
-
-
 class Peripherals:
     """The I2C blocks and the timer of an RP2040 or RP2350; other ports have none here."""
 
     def __init__(self, port):
         self.port = port
         self.blocks = [I2CBlock(port, n) for n in range(len(port.traits.block_bases))]
-        self.heap = Heap()
         self.wake = [0] * ((port.traits.pin_count + 7) // 8)
 
     def find(self, address, kind):
         """Return what a pointer of `kind` to `address` reaches, or None."""
-        memory = self.heap.find(address, kind)
-        if memory is not None or kind != "ptr32":
-            return memory
+        if kind != "ptr32":
+            return None
         base, alias, offset = address & ~0x3FFF, address >> 12 & 3, address & 0xFFF
         bases = self.port.traits.block_bases
         if base in bases:
