@@ -14,7 +14,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "lib" / "attitude" / "fixed" / "a
 FILES = {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
 WRITER = {"__init__": "set", "coefficients": "set"}
 NO_PLACES = re.compile(
-    "_(LEAST.*|MOST_[A-Z]{5,}|WALKED|WILD|STEPS|SEEN_US|UNTAUGHT|CLAIMED|DOUBTED|"
+    "_(LEAST.*|MOST_[A-Z]{5,}|WALKED|WILD|STEPS|SEEN_US|UNSEEN|UNTAUGHT|CLAIMED|DOUBTED|"
     "(REST|START|SLOW)_(SIGMA|TILT))$"
 )
 ROW = re.compile(r"(\d+)(?:-(\d+))? +(-|[A-Z_0-9]+) +(\S.*?) {2,}([a-z]+(?:, [a-z]+)*)$")

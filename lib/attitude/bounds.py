@@ -12,8 +12,10 @@ from math import degrees, radians, sqrt
 _SHAKEN_S = 5.0
 _SHAKEN = 0.6  # tilt by the position's root mean square
 _LEAST_DEG = 0.1
-_YAW = 0.5  # the learning is cautious, since its noise lasts: see _CORRELATED there
-_YAW_NOISE = radians(0.005)  # per root second
+_YAW = 0.8  # the learning is cautious, since its noise lasts: see _CORRELATED there
+YAW_NOISE = radians(0.005)  # the gyro's, per root second (PS p. 12)
+_FORGOTTEN = 8.0  # an error of a bias may last four times as long as the view of it
+_OVER = radians(20.0)  # of a yaw, what a block beyond the gyro's range may hide
 _CLAIMED_DEG, _DOUBTED_DEG = 1.0, 3.0
 
 
@@ -43,7 +45,7 @@ class Bounds:
         """Once a block; young: the start is not over."""
         square = loop.px * loop.px + loop.py * loop.py
         self._square += min(1.0, span_s / _SHAKEN_S) * (square - self._square)
-        self._yaw += _YAW_NOISE * _YAW_NOISE * span_s
+        self._yaw += YAW_NOISE * YAW_NOISE * span_s
         if at_rest:
             self._explained = [0.0, 0.0]
         x, y = self._explained
@@ -57,7 +59,11 @@ class Bounds:
     def bias_forgotten(self, view, learning, keep):
         """The view's yaw keeps only this part of what old biases did; the rest stays in doubt."""
         for n in (0, 1, 2):
-            self._yaw += 2.0 * (1.0 - keep) * (view.yaw[n] * learning.sigma[n]) ** 2
+            self._yaw += _FORGOTTEN * (1.0 - keep) * (view.yaw[n] * learning.sigma[n]) ** 2
+
+    def over_range(self):
+        """In this block the gyro has lost a part of a turn."""
+        self._yaw += _OVER * _OVER
 
     def tilt_sigma_deg(self, view, learning):
         """One sigma of a level axis."""

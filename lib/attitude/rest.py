@@ -45,7 +45,7 @@ class Rest:
         self.before_dps: tuple = (0.0, 0.0, 0.0)  # the same, _KEEP_S to twice that ago
         self._next_dps: tuple = (0.0, 0.0, 0.0)
         self._first = (0.0, 0.0, 0.0)  # acceleration when it became still
-        self._still_s = self._steady_s = self._rested_s = self._kept_s = 0.0
+        self._still_s = self._steady_s = self._rested_s = self.kept_s = 0.0
 
     def relevel(self):
         """After a gap: the bias stays, what rest looks like does not."""
@@ -134,7 +134,7 @@ class Rest:
 
     def _average(self, now, span_s, rested):
         if not rested:
-            self._rested_s, self._kept_s = self.rest_s, 0.0
+            self._rested_s, self.kept_s = self.rest_s, 0.0
         self._rested_s = min(self._rested_s + span_s, self.rest_bias_s)
         self._sure = self._sure or self._rested_s == self.rest_bias_s
         k = min(1.0, span_s / self._rested_s)
@@ -142,11 +142,11 @@ class Rest:
             self.bias_dps[i] += k * (now[i] - self.bias_dps[i])
         if self.since_s is None:
             self.bias_dps = self.mean[:3]
-        self._kept_s += span_s
+        self.kept_s += span_s
         if not rested:
             self.before_dps = self._next_dps = tuple(self.bias_dps)
-        elif self._kept_s >= _KEEP_S:
-            self._kept_s = 0.0
+        elif self.kept_s >= _KEEP_S:
+            self.kept_s = 0.0
             self.before_dps, self._next_dps = self._next_dps, tuple(self.bias_dps)
         self.since_s = 0.0
 
@@ -154,11 +154,11 @@ class Rest:
         """All that changes, for set_state()."""
         return (self.mean and tuple(self.mean), self.moved, self.since_s, tuple(self.bias_dps),
                 self.before_dps, self._next_dps, self._first, self._still_s, self._steady_s,
-                self._rested_s, self._kept_s, self._sure)
+                self._rested_s, self.kept_s, self._sure)
 
     def set_state(self, state):
         """Go on from a state()."""
         (mean, self.moved, self.since_s, bias, self.before_dps, self._next_dps, self._first,
-         self._still_s, self._steady_s, self._rested_s, self._kept_s, self._sure) = state
+         self._still_s, self._steady_s, self._rested_s, self.kept_s, self._sure) = state
         self.mean = mean and list(mean)
         self.bias_dps = list(bias)

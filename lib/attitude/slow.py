@@ -6,7 +6,7 @@ from math import degrees, radians, sqrt
 from .bounds import Bounds
 from .gyro_learning import GyroLearning
 from .gyro_view import GyroView
-from .quaternion import levelling, product, unit, without_yaw
+from .quaternion import levelling, product, rotate_back, unit, without_yaw
 from .rest import Rest
 from .up import Up
 
@@ -81,12 +81,14 @@ class Slow:
         self._axis = 0  # looked at last
         self._unknown = 0.0  # tilt that is unknown from now on, rad
         self._change = None  # of the errors, by the last look
+        self._held = [0.0, 0.0]  # of the yaw, taken off at rest since its bias was kept, before
 
     def over_range(self):
         """The gyro has lost a part of a turn: as unsure as just after the start."""
         if self._age_s > 2.0 * _YOUNG_S:
             self._age_s = 2.0 * _YOUNG_S
             self.gain = max(self.gain, 1.0 / _YOUNG_S)
+        self.bounds.over_range()
         self.view.clear()  # what is wrong now is no fault that could be learned
         self._unknown = _START_TILT
 
@@ -133,10 +135,19 @@ class Slow:
         if not rest.at_rest:
             if was_at_rest:
                 learning.bias = [radians(b) for b in rest.before_dps]
+                q = self._turn(q, 0.0, 0.0, -sum(self._held))
                 if rest.since_s is None:  # it was a slow tilt
                     learning.sigma[:3] = [_TILT] * 3
             return q
-        if not was_at_rest:
+        if was_at_rest:  # what it has turned about the vertical was no turn
+            turned = [span_s * (radians(rate) - b) for rate, b in zip(now, learning.bias)]
+            yaw = sum([a * b for a, b in zip(rotate_back(q, 0.0, 0.0, 1.0), turned)])
+            q = self._turn(q, 0.0, 0.0, yaw)
+            if rest.kept_s == 0.0:
+                self._held = [0.0, self._held[0]]
+            self._held[0] += yaw
+        else:
+            self._held = [0.0, 0.0]
             # yaw as if the bias had been known
             change = [radians(b) - old for b, old in zip(rest.bias_dps, learning.bias)]
             q = self._turn(q, 0.0, 0.0, sum([a * b for a, b in zip(view.yaw, change)]))
@@ -245,7 +256,7 @@ class Slow:
     def state(self):
         """All that changes, for set_state()."""
         own = (self.blank, self.gain, tuple(self._squares), self._age_s, self._looked_s,
-               self._axis, self._unknown, self._change)
+               self._axis, self._unknown, self._change, tuple(self._held))
         parts = (self.rest, self.learning, self.view, self.up, self.bounds)
         return own, tuple([part.state() for part in parts])
 
@@ -253,8 +264,8 @@ class Slow:
         """Go on from a state()."""
         own, states = state
         (self.blank, self.gain, squares, self._age_s, self._looked_s, self._axis,
-         self._unknown, self._change) = own
-        self._squares = list(squares)
+         self._unknown, self._change, held) = own
+        self._squares, self._held = list(squares), list(held)
         parts: tuple = (self.rest, self.learning, self.view, self.up, self.bounds)
         for part, value in zip(parts, states):
             part.set_state(value)

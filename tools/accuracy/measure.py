@@ -75,7 +75,8 @@ def scores(rec, found):
     if found.sigma_deg is not None:
         tilt, yaw = found.sigma_deg[rec.counted].T
         out["tilt_inside"] = float(np.mean(error < TILT_SIGMAS * tilt))
-        out["yaw_inside"] = float(np.mean(np.abs(heading - heading[0]) < YAW_SIGMAS * yaw))
+        wrong = np.abs((heading - heading[0] + 180) % 360 - 180)  # a whole turn is none
+        out["yaw_inside"] = float(np.mean(wrong < YAW_SIGMAS * yaw))
     return out
 
 

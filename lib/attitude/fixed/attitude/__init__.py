@@ -81,65 +81,67 @@
 # 127-135 MATRIX      what was learned less identity, Q30                             learn, errors
 # 136     NOISE       g^2 Q30: variance of what no error explains                     learn, errors
 # 137     LOOKS       so far, at most 2^15 - 1                                        learn, errors
-# 138     YAW_NOISE   rad^2 Q32: variance of the yaw by what no view shows              learn, slow
-# 139-151 YAW_VIEW    VIEW of the yaw                                                   learn, slow
-# 152-153 ROLL        mdeg, then the pitch; the first of the results              step, stand, turn
-# 154     YAW         mdeg; what follows is forgotten after a gap                        step, turn
-# 155-157 RATES       mdps                                                              step, stand
-# 158-160 FORCE       calibrated accelerometer, counts                                         step
-# 161     AT_REST     1 or 0                                                                   slow
-# 162     UNCERTAIN   1 or 0                                                            pace, level
-# 163     TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off   step, level, stand, turn
-# 164-166 LAST        inc of the last sample, as learned                          step, stand, turn
-# 167-169 FRACTION    of the bias, Q8: what waits                                              step
-# 170     VX          velocity that should not be there, g * 2^24                 step, pace, learn
-# 171     VY          the same                                                    step, pace, learn
-# 172     PX          position that should not be there, g * 2^24                 step, pace, learn
-# 173     PY          the same                                                    step, pace, learn
-# 174     K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15                          pace
-# 175     K_SHIFT     see K                                                             pace, level
-# 176     K_HALF      2^(K_SHIFT - 1), to round                                                pace
-# 177     MOST_G      of a position that corrects, g * 2^24                             pace, level
-# 178     LEFT        time until the block is full, nominal samples Q15           step, slow, level
-# 179     COUNT       samples in this block so far                                step, slow, level
-# 180     OVER        the gyro was over its range in this block                   step, pace, level
-# 181     STUCK       the accelerometer was over its range in this block          step, pace, level
-# 182-187 SUM         of the block: inc with the bias in it, calibrated counts           step, slow
-# 188-193 MEAN        sums of the last half second, the accelerometer's in Q6                  slow
-# 194-196 FIRST       the accelerometer's when it became still                                 slow
-# 197     KEPT        since it changed                                                         slow
-# 198-200 UP          acceleration in the earth frame, counts * samples                        slow
-# 201     UP_SAMPLES  how many are in it                                                       slow
-# 202-204 NOW         the same of this block, g Q12                                            slow
-# 205     AGE         since the start, or since the attitude was lost             slow, pace, stand
-# 206     STILL       for how long it has been still, at most REST                             slow
-# 207     STEADY      for how long it would be, whatever the bias, at most STEADY_MAX          slow
-# 208     RESTED      for how long it has been at rest, at most RESTED_MAX                     slow
-# 209     GAIN        gain * dt, Q24                                                    pace, stand
-# 210-212 SQUARES     mean squares of the rates, (rad/s)^2 Q12                                 pace
-# 213     LEVEL       level acceleration of late, g Q20                                        pace
-# 214     SEEN        for how long it has been seen, at most 3 s                         slow, pace
-# 215-216 PUSHED      speed that passed for acceleration, g blocks Q8                          pace
-# 217     SHAKE       mean square of the position, g^2 Q30                                     pace
-# 218     EVENT       what has happened: bits, see pace                     slow, pace, stand, turn
-# 219     WORK        what a tick has to do: 30, 31 pace, 1-25 learn              slow, pace, learn
-# 220     WAIT        until the next look                                                      pace
-# 221     AXIS        to look at                                                               pace
-# 222     FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed, 16 look  pace
-# 223     G           gain * span, Q15                                                         pace
-# 224-226 TURN        of the block about the sensor's axes, rad Q15                            slow
-# 227-235 ROWS        rotation matrix at the end of the block, Q15                             slow
-# 236-241 LAST_ROWS   its first two rows at the end of the one before                          pace
-# 242-247 MID         mean over the block of row y, of row -x, Q14                             pace
-# 248-325 VIEW        Q20: tilt, velocity, position by 13 errors; of level x, of y      learn, pace
-# 326-327 EXPLAINED   g^2 Q30: variance of the positions by the errors                  learn, pace
-# 328-340 SHARE       of a position by the sigma of each error, Q(20 - SCALED); changes, Q28  learn
-# 341-353 TOLD        what is seen of each error, by its sigma, Q15                           learn
-# 354     SCALED      see SHARE                                                               learn
-# 355     QUIET       variance of the position without errors, in SHARE's scale               learn
-# 356     NU          the position by its sigma, Q13                                          learn
-# 357-359 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                              learn
-# 360     HIDDEN      tilt that a gap may hide, rad Q15                                        turn
+# 138     YAW_NOISE   rad^2 Q26: variance of the yaw that no view shows           learn, pace, slow
+# 139     YAW_BLOCKS  since the yaw counts                                                     slow
+# 140-141 HELD        rad Q25: of the yaw, taken off at rest in the last 1 to 2 s              slow
+# 142-154 YAW_VIEW    VIEW of the yaw                                                   learn, slow
+# 155-156 ROLL        mdeg, then the pitch; the first of the results              step, stand, turn
+# 157     YAW         mdeg; what follows is forgotten after a gap                        step, turn
+# 158-160 RATES       mdps                                                              step, stand
+# 161-163 FORCE       calibrated accelerometer, counts                                         step
+# 164     AT_REST     1 or 0                                                                   slow
+# 165     UNCERTAIN   1 or 0                                                            pace, level
+# 166     TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off   step, level, stand, turn
+# 167-169 LAST        inc of the last sample, as learned                          step, stand, turn
+# 170-172 FRACTION    of the bias, Q8: what waits                                              step
+# 173     VX          velocity that should not be there, g * 2^24                 step, pace, learn
+# 174     VY          the same                                                    step, pace, learn
+# 175     PX          position that should not be there, g * 2^24                 step, pace, learn
+# 176     PY          the same                                                    step, pace, learn
+# 177     K           gain * dt is K / 2^(15 + K_SHIFT), K below 2^15                          pace
+# 178     K_SHIFT     see K                                                             pace, level
+# 179     K_HALF      2^(K_SHIFT - 1), to round                                                pace
+# 180     MOST_G      of a position that corrects, g * 2^24                             pace, level
+# 181     LEFT        time until the block is full, nominal samples Q15           step, slow, level
+# 182     COUNT       samples in this block so far                                step, slow, level
+# 183     OVER        the gyro was over its range in this block                   step, pace, level
+# 184     STUCK       the accelerometer was over its range in this block          step, pace, level
+# 185-190 SUM         of the block: inc with the bias in it, calibrated counts           step, slow
+# 191-196 MEAN        sums of the last half second, the accelerometer's in Q6                  slow
+# 197-199 FIRST       the accelerometer's when it became still                                 slow
+# 200     KEPT        since it changed                                                         slow
+# 201-203 UP          acceleration in the earth frame, counts * samples                        slow
+# 204     UP_SAMPLES  how many are in it                                                       slow
+# 205-207 NOW         the same of this block, g Q12                                            slow
+# 208     AGE         since the start, or since the attitude was lost             slow, pace, stand
+# 209     STILL       for how long it has been still, at most REST                             slow
+# 210     STEADY      for how long it would be, whatever the bias, at most STEADY_MAX          slow
+# 211     RESTED      for how long it has been at rest, at most RESTED_MAX                     slow
+# 212     GAIN        gain * dt, Q24                                                    pace, stand
+# 213-215 SQUARES     mean squares of the rates, (rad/s)^2 Q12                                 pace
+# 216     LEVEL       level acceleration of late, g Q20                                        pace
+# 217     SEEN        for how long it has been seen, at most 3 s                         slow, pace
+# 218-219 PUSHED      speed that passed for acceleration, g blocks Q8                          pace
+# 220     SHAKE       mean square of the position, g^2 Q30                                     pace
+# 221     EVENT       what has happened: bits, see pace                     slow, pace, stand, turn
+# 222     WORK        what a tick has to do: 30, 31 pace, 1-25 learn              slow, pace, learn
+# 223     WAIT        until the next look                                                      pace
+# 224     AXIS        to look at                                                               pace
+# 225     FLAGS       1, 2 the axis is limited, 4 velocity forgotten, 8 not followed, 16 look  pace
+# 226     G           gain * span, Q15                                                         pace
+# 227-229 TURN        of the block about the sensor's axes, rad Q15                            slow
+# 230-238 ROWS        rotation matrix at the end of the block, Q15                             slow
+# 239-244 LAST_ROWS   its first two rows at the end of the one before                          pace
+# 245-250 MID         mean over the block of row y, of row -x, Q14                             pace
+# 251-328 VIEW        Q20: tilt, velocity, position by 13 errors; of level x, of y      learn, pace
+# 329-330 EXPLAINED   g^2 Q30: variance of the positions by the errors                  learn, pace
+# 331-343 SHARE       of a position by the sigma of each error, Q(20 - SCALED); changes, Q28  learn
+# 344-356 TOLD        what is seen of each error, by its sigma, Q15                           learn
+# 357     SCALED      see SHARE                                                               learn
+# 358     QUIET       variance of the position without errors, in SHARE's scale               learn
+# 359     NU          the position by its sigma, Q13                                          learn
+# 360-362 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                              learn
+# 363     HIDDEN      tilt that a gap may hide, rad Q15                                        turn
 
 from math import degrees
 
@@ -156,16 +158,17 @@ from attitude.fixed.base import Fixed
 from attitude.fixed.gap import bridge
 
 _STEP = const(25)
+_N = const(33)
 _SEQ = const(75)
 _BIAS = const(81)
 _BEGIN = const(80)
 _SIGMA = const(105)
 _LOOKS = const(137)
-_ROLL = const(152)
-_AT_REST = const(161)
-_UNCERTAIN = const(162)
+_ROLL = const(155)
+_AT_REST = const(164)
+_UNCERTAIN = const(165)
 _STATE = const(75)
-_STATE_END = const(361)
+_STATE_END = const(364)
 
 
 class Attitude(Fixed):
@@ -335,7 +338,8 @@ class Attitude(Fixed):
         """One sigma of the rotation about the vertical since the start, degrees."""
         from attitude.fixed.attitude.claims import yaw_sigma_deg
 
-        return self.whole(yaw_sigma_deg)
+        block_s = self._s[_N] / self.rate_hz
+        return self.whole(lambda state: yaw_sigma_deg(state, block_s))
 
     def quaternion(self):
         """(w, x, y, z), sensor to earth, for now: turned on by lag_s at the last rate."""

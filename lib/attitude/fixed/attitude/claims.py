@@ -7,17 +7,18 @@ Places and formats: this folder's __init__.
 
 from micropython import const
 
-from attitude.bounds import tilt_deg, yaw_deg
+from attitude.bounds import YAW_NOISE, tilt_deg, yaw_deg
 
-_SHAKE = const(217)
-_VIEW = const(248)
-_YAW_VIEW = const(139)
+_SHAKE = const(220)
+_VIEW = const(251)
+_YAW_VIEW = const(142)
 _SIGMA = const(105)
 _RELATED = const(119)
 _MATRIX = const(127)
 _YAW_NOISE = const(138)
+_YAW_BLOCKS = const(139)
 _STATE = const(75)
-_Q15, _Q20, _Q30, _Q32 = 32768.0, 1048576.0, 1073741824.0, 4294967296.0
+_Q15, _Q20, _Q26, _Q30 = 32768.0, 1048576.0, 67108864.0, 1073741824.0
 
 
 def _sigma(state, i):
@@ -58,7 +59,9 @@ def tilt_sigma_deg(state):
     return tilt_deg(variance, state[_SHAKE - _STATE] / _Q30)
 
 
-def yaw_sigma_deg(state):
-    """See Attitude.yaw_sigma_deg."""
+def yaw_sigma_deg(state, block_s):
+    """See Attitude.yaw_sigma_deg; block_s: nominal time of a block."""
     view = [state[_YAW_VIEW - _STATE + i] / _Q20 for i in range(12)]
-    return yaw_deg(_variance(state, view) + state[_YAW_NOISE - _STATE] / _Q32)
+    more = state[_YAW_NOISE - _STATE] / _Q26
+    more += YAW_NOISE * YAW_NOISE * block_s * state[_YAW_BLOCKS - _STATE]
+    return yaw_deg(_variance(state, view) + more)

@@ -33,7 +33,6 @@ _INC_RAD = const(59)
 _WALK = const(66)
 _WALKS = const(67)
 _KEEPS = const(69)
-_LOOK = const(70)
 _VIEW_N = const(71)
 _BIAS = const(81)
 _SINCE = const(102)
@@ -44,27 +43,27 @@ _MATRIX = const(127)
 _NOISE = const(136)
 _LOOKS = const(137)
 _YAW_NOISE = const(138)
-_YAW_VIEW = const(139)
-_VX = const(170)
-_PX = const(172)
-_GAIN = const(209)
-_LEVEL = const(213)
-_WORK = const(219)
-_AXIS = const(221)
-_FLAGS = const(222)
-_G = const(223)
+_YAW_VIEW = const(142)
+_VX = const(173)
+_PX = const(175)
+_GAIN = const(212)
+_LEVEL = const(216)
+_WORK = const(222)
+_AXIS = const(224)
+_FLAGS = const(225)
+_G = const(226)
 _SPAN = const(60)
-_TURN = const(224)
-_ROWS = const(227)
-_MID = const(242)
-_VIEW = const(248)
-_EXPLAINED = const(326)
-_SHARE = const(328)
-_TOLD = const(341)
-_SCALED = const(354)
-_QUIET = const(355)
-_NU = const(356)
-_CHANGE = const(357)
+_TURN = const(227)
+_ROWS = const(230)
+_MID = const(245)
+_VIEW = const(251)
+_EXPLAINED = const(329)
+_SHARE = const(331)
+_TOLD = const(344)
+_SCALED = const(357)
+_QUIET = const(358)
+_NU = const(359)
+_CHANGE = const(360)
 _MOST_MATRIX = const(64424509)  # 0.06, Q30
 _LEAST_NOISE = const(4295)  # (2 mg)^2, Q30
 _MOST_RELATED = const(32113)  # 0.98, Q15
@@ -88,6 +87,15 @@ def _follow(array):
         k = 32768
         if i < 3:
             k = s[_KEEPS]
+            # what an old bias has done to the yaw, when its view forgets it: rad Q20, at most Q15
+            t = (s[_YAW_VIEW + i] >> 15) * (s[_SIGMA + i] >> 15)
+            t = (t ^ t >> 31) >> 5
+            if t >> 13:
+                t = 8191
+            t = s[_YAW_NOISE] + ((t * t >> 4) * (32768 - k) >> 12)
+            if t >> 28:
+                t = 268435455
+            s[_YAW_NOISE] = t
         else:
             r = (i - 3) // 3
             m = s[_TURN + (i - 3) % 3]
@@ -146,15 +154,6 @@ def _weigh(array):
     while i < 13:
         u = s[_SIGMA + i]
         if i < 3:
-            # what an old bias has done to the yaw, when its view forgets it
-            k = (s[_YAW_VIEW + i] >> 15) * (u >> 15)  # rad Q20
-            k = (k ^ k >> 31) >> 5
-            if k >> 13:
-                k = 8191
-            k = s[_YAW_NOISE] + (k * k >> 12) * (32768 - s[_KEEPS]) * s[_LOOK]
-            if k >> 28:
-                k = 268435455
-            s[_YAW_NOISE] = k
             k = u + (walk // ((u >> 8) + 1) << 7)
             if k < most:
                 u = k

@@ -41,35 +41,37 @@ _X = const(77)
 _Y = const(78)
 _Z = const(79)
 _BIAS = const(81)
-_LEFT = const(178)
-_COUNT = const(179)
+_LEFT = const(181)
+_COUNT = const(182)
 _BEGIN = const(80)
-_SUM = const(182)
-_FORCE = const(158)
-_AT_REST = const(161)
-_MEAN = const(188)
-_FIRST = const(194)
+_SUM = const(185)
+_FORCE = const(161)
+_AT_REST = const(164)
+_MEAN = const(191)
+_FIRST = const(197)
 _BEFORE = const(96)
 _NEXT = const(99)
-_KEPT = const(197)
-_UP = const(198)
-_UP_SAMPLES = const(201)
-_NOW = const(202)
-_AGE = const(205)
-_STILL = const(206)
-_STEADY = const(207)
-_RESTED = const(208)
+_KEPT = const(200)
+_UP = const(201)
+_UP_SAMPLES = const(204)
+_NOW = const(205)
+_AGE = const(208)
+_STILL = const(209)
+_STEADY = const(210)
+_RESTED = const(211)
 _SINCE = const(102)
 _LEARNED = const(103)
 _MOVED = const(104)
-_EVENT = const(218)
-_YAW_VIEW = const(139)
+_EVENT = const(221)
+_YAW_VIEW = const(142)
 _YAW_NOISE = const(138)
-_WORK = const(219)
-_TURN = const(224)
-_SEEN = const(214)
+_YAW_BLOCKS = const(139)
+_HELD = const(140)
+_WORK = const(222)
+_TURN = const(227)
+_SEEN = const(217)
 _SIGMA = const(105)
-_ROWS = const(227)
+_ROWS = const(230)
 _WILD = const(42598)  # 1.3 rad, Q15
 
 
@@ -93,6 +95,8 @@ def slow(array):
             s[i] = t // samples * k + t % samples * k // samples
             i += 1
     samples = k
+    t = s[_YAW_BLOCKS] + 1
+    s[_YAW_BLOCKS] = t - (t >> 30)
 
     # steady: all near their half-second means, these where they were
     k = 32768 if new else s[_MEAN_K]
@@ -187,6 +191,7 @@ def slow(array):
         k = s[_KEPT] + 1
         if rested == 0:
             s[_EVENT] |= 1
+            s[_HELD] = s[_HELD + 1] = 0
             d = s[_REST] + 1
             k = 1
         if d >= s[_RESTED_MAX]:
@@ -195,10 +200,15 @@ def slow(array):
         s[_RESTED] = d
         s[_KEPT] = k
         yaw = 0
+        x = 4096  # what the block has turned about the vertical
         i = 0
         while i < 3:
             m = s[_BIAS + i]
             h = s[_SUM + i]
+            t = h - (m >> 8) * n - ((m & 255) * n >> 8)
+            if t >> 19 ^ t >> 31:
+                t = t >> 31 ^ 524287
+            x += (s[_ROWS + 6 + i] >> 5) * t
             if learned == 0:
                 h = s[_MEAN + i]
             t = (h // n << 8) + ((h % n << 8) // n)
@@ -218,6 +228,22 @@ def slow(array):
                 s[_BEFORE + i] = s[_NEXT + i]
                 s[_NEXT + i] = t
             i += 1
+        if rested:  # and that was no turn: its half, rad Q26
+            x >>= 13
+            if x >> 15 ^ x >> 31:
+                x = x >> 31 ^ 32767
+            if k >= s[_KEEP]:
+                s[_HELD + 1] = s[_HELD]
+                s[_HELD] = 0
+            s[_HELD] += x
+            h = s[_W] + 16384 >> 15
+            k = s[_X] + 16384 >> 15
+            m = s[_Y] + 16384 >> 15
+            t = s[_Z] + 16384 >> 15
+            s[_W] += x * t >> 11
+            s[_X] += x * m >> 11
+            s[_Y] -= x * k >> 11
+            s[_Z] -= x * h >> 11
         if yaw:
             if yaw >> 21 ^ yaw >> 31:
                 yaw = yaw >> 31 ^ 2097151
@@ -233,7 +259,7 @@ def slow(array):
             while i < 12:
                 s[_YAW_VIEW + i] = 0
                 i += 1
-            s[_YAW_NOISE] = 0
+            s[_YAW_NOISE] = s[_YAW_BLOCKS] = 0
     elif rested:
         s[_EVENT] |= 2
         if steady == 0:
@@ -245,6 +271,7 @@ def slow(array):
         while i < 3:
             s[_BIAS + i] = s[_BEFORE + i]  # motion begins before it is seen
             i += 1
+        turn(array, 268435456, 0, 0, s[_HELD] + s[_HELD + 1] << 2)
 
     # the turn; one that is too wild is no place to learn from, nor to level by its mean
     wild = 0
