@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from host_tests.lib.filter_rig import FREE, Body, make, rest, wrap, yaw_error
+from host_tests.lib.filter_rig import FREE, Body, make, product, quaternion, rest, wrap, yaw_error
 
 RATE_HZ = 80
 POSES = [(0, 0, 0), (35, -20, 100), (-90, 10, -60), (175, 5, 0)]
@@ -101,3 +101,34 @@ def test_without_a_rest_the_bound_grows_and_keeps_on(name):
             bounds.append(filt.yaw_sigma_deg)
             assert abs(yaw_error(filt, body.q)) < 1.96 * filt.yaw_sigma_deg
     assert all(b > 1.01 * a for a, b in pairwise(bounds))
+
+
+@every
+@pytest.mark.parametrize("at_s", [3.0, 10.05, 31.7])
+def test_zero_yaw_is_where_all_that_was_off_ends(name, at_s):
+    """What is learned afterwards makes good what was off since then, not what was before."""
+    filt, body = make(name, RATE_HZ, lag_s=0), Body(bias=(0.4, -0.3, 0.8))
+    zero_deg = None
+    for n in range(60 * RATE_HZ):
+        t = n / RATE_HZ
+        if t == at_s:
+            filt.zero_yaw()
+            zero_deg = yaw_of(body)
+            assert abs(filt.angles_mdeg[2]) < 100
+            assert filt.yaw_sigma_deg < 0.1
+        to(body, quaternion(35 * np.sin(1.7 * t), 30 * np.sin(1.1 * t), 130 * np.sin(0.3 * t)))
+        filt.update(body.counts())
+        if zero_deg is not None and n % 40 == 0:
+            off = wrap(filt.angles_mdeg[2] / 1000 - (yaw_of(body) - zero_deg))
+            assert abs(off) < 1.96 * filt.yaw_sigma_deg + 1  # Euler angles share a tilt's error
+
+
+def to(body, q):
+    """Turn to this attitude within a sample."""
+    w, x, y, z = product(body.q * (1, -1, -1, -1), q)
+    body.rates, body.q = np.degrees([2 * x, 2 * y, 2 * z]) * RATE_HZ / w, q
+
+
+def yaw_of(body):
+    w, x, y, z = body.q
+    return float(np.degrees(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))))

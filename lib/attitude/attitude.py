@@ -186,7 +186,8 @@ class Attitude(Orientation):
 
     @property
     def yaw_sigma_deg(self):
-        """One sigma of the rotation about the vertical since the start, degrees."""
+        """One sigma of the rotation about the vertical since the start or forget_yaw(), degrees.
+        """
         return self._slow.bounds.yaw_sigma_deg(self._slow.view, self._slow.learning)
 
     def rates_dps(self):
@@ -228,6 +229,10 @@ class Attitude(Orientation):
     def place(self, q):
         """The same with another attitude."""
         self._q = q
+
+    def forget_yaw(self):
+        """Yaw counts from here: what it was off by is no more."""
+        self._slow.forget_yaw()
 
     def begin_at(self, q, rates_dps, bias_dps, home_dps):
         """Begin there, past the time of levelling."""

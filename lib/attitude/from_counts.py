@@ -73,7 +73,7 @@ class FloatAttitude(FromCounts):
 
     @property
     def yaw_sigma_deg(self):
-        """One sigma of the rotation about the vertical since the start, degrees."""
+        """One sigma of the rotation about the vertical since the start or zero_yaw(), degrees."""
         return self.cores[0].yaw_sigma_deg
 
     def learned(self):
@@ -95,6 +95,11 @@ class FloatAttitude(FromCounts):
     def relevel(self):
         """After a gap: the next samples level anew; yaw, bias and what is known of it stay."""
         self.cores[0].relevel()
+
+    def zero_yaw(self):
+        """The direction it looks in now is yaw 0."""
+        super().zero_yaw()
+        self.cores[0].forget_yaw()
 
     def state(self):
         """What set_state() takes to continue here."""

@@ -47,9 +47,9 @@ class Slow:
         self.blank = True  # not levelled yet: then yaw is 0
         self.rest.reset()
         self.learning.reset()
-        self.view.forget_yaw()
         self.bounds.clear()
         self._begin()
+        self.forget_yaw()
 
     def known(self, settings):
         """See Attitude.known."""
@@ -60,6 +60,12 @@ class Slow:
         """The next blocks level anew; what is known of the gyro stays."""
         self.rest.relevel()
         self._begin()
+
+    def forget_yaw(self):
+        """Yaw counts from here: what it was off by is no more."""
+        self.view.forget_yaw()
+        self.bounds.forget_yaw()
+        self._held = [0.0, 0.0]
 
     def begin_at(self, bias_dps, home_dps):
         """After reset(): begin with this bias, and the one last seen at rest or None; levelled."""
@@ -155,8 +161,7 @@ class Slow:
         learning.rest([radians(b) for b in rest.bias_dps])
         if first and not rest.moved:  # still since power-on: start again, with the bias
             q = without_yaw(levelling(*rest.mean[3:]))
-            view.forget_yaw()
-            self.bounds.forget_yaw()
+            self.forget_yaw()
         self._age_s = max(self._age_s, _OLD_S)
         return q
 

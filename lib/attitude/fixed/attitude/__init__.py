@@ -81,10 +81,10 @@
 # 127-135 MATRIX      what was learned less identity, Q30                             learn, errors
 # 136     NOISE       g^2 Q30: variance of what no error explains                     learn, errors
 # 137     LOOKS       so far, at most 2^15 - 1                                        learn, errors
-# 138     YAW_NOISE   rad^2 Q26: variance of the yaw that no view shows           learn, pace, slow
-# 139     YAW_BLOCKS  since the yaw counts                                                     slow
-# 140-141 HELD        rad Q25: of the yaw, taken off at rest in the last 1 to 2 s              slow
-# 142-154 YAW_VIEW    VIEW of the yaw                                                   learn, slow
+# 138     YAW_NOISE   rad^2 Q26: variance of the yaw that no view shows         learn, level, pace
+# 139     YAW_BLOCKS  since the yaw counts                                             level, slow
+# 140-141 HELD        rad Q25: of the yaw, taken off at rest in the last 1 to 2 s      level, slow
+# 142-154 YAW_VIEW    VIEW of the yaw                                           learn, level, slow
 # 155-156 ROLL        mdeg, then the pitch; the first of the results              step, stand, turn
 # 157     YAW         mdeg; what follows is forgotten after a gap                        step, turn
 # 158-160 RATES       mdps                                                              step, stand
@@ -140,7 +140,7 @@
 # 357     SCALED      see SHARE                                                               learn
 # 358     QUIET       variance of the position without errors, in SHARE's scale               learn
 # 359     NU          the position by its sigma, Q13                                          learn
-# 360-362 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                              learn
+# 360-362 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                      learn, level
 # 363     HIDDEN      tilt that a gap may hide, rad Q15                                        turn
 
 from math import degrees
@@ -151,7 +151,7 @@ from micropython import const
 from attitude.counts import known
 from attitude.fixed.attitude.coefficients import INC_PER_DPS, know, set_up
 from attitude.fixed.attitude.errors import know_nothing, spread, use
-from attitude.fixed.attitude.level import begin, begin_again, without_yaw
+from attitude.fixed.attitude.level import begin, begin_again, zero_yaw
 from attitude.fixed.attitude.step import step
 from attitude.fixed.attitude.turn import keep, turn
 from attitude.fixed.base import Fixed
@@ -218,7 +218,7 @@ class Attitude(Fixed):
     @micropython.native
     def zero_yaw(self):
         """The direction it looks in now is yaw 0."""
-        without_yaw(self._s)
+        zero_yaw(self._s)
         self.out[2] = 0
 
     @micropython.native
@@ -335,7 +335,7 @@ class Attitude(Fixed):
 
     @property
     def yaw_sigma_deg(self):
-        """One sigma of the rotation about the vertical since the start, degrees."""
+        """One sigma of the rotation about the vertical since the start or zero_yaw(), degrees."""
         from attitude.fixed.attitude.claims import yaw_sigma_deg
 
         block_s = self._s[_N] / self.rate_hz

@@ -14,6 +14,8 @@ _W = const(76)
 _X = const(77)
 _Y = const(78)
 _Z = const(79)
+_YAW_NOISE = const(138)
+_ROLL = const(155)
 _TRIM = const(166)
 _K_SHIFT = const(178)
 _MOST_G = const(180)
@@ -22,6 +24,7 @@ _BEGIN = const(80)
 _RATES = const(158)
 _UNCERTAIN = const(165)
 _MOVED = const(104)
+_CHANGE = const(360)
 _STATE = const(75)
 _STATE_END = const(364)
 
@@ -106,8 +109,9 @@ def level(array, x: int, y: int, z: int, least: int) -> int:
 
 
 @micropython.viper
-def without_yaw(array):
-    """Turn q about the vertical to yaw 0; straight up or down there is no yaw to take."""
+def zero_yaw(array):
+    """Turn q about the vertical to yaw 0, which counts from here; straight up or down there is no
+    yaw to take."""
     s = ptr32(array)
     w = s[_W] + 16384 >> 15
     x = s[_X] + 16384 >> 15
@@ -116,13 +120,18 @@ def without_yaw(array):
     c = 16384 - (y * y + z * z >> 15)  # cosine and sine of the yaw, Q14
     z = w * z + x * y >> 15
     n = int(isqrt(c * c + z * z))
-    if n < 16:
-        return
-    if c < 0:
-        n = z * z // (n - c)  # n + c without its cancellation
-    else:
-        n += c
-    turn(array, n << 14, 0, 0, 0 - (z << 14))
+    if n > 15:
+        if c < 0:
+            n = z * z // (n - c)  # n + c without its cancellation
+        else:
+            n += c
+        turn(array, n << 14, 0, 0, 0 - (z << 14))
+    end = _ROLL
+    i = _YAW_NOISE
+    while i < end:
+        s[i] = 0
+        i += 1
+    s[_CHANGE + 2] = 0
 
 
 @micropython.viper

@@ -11,7 +11,7 @@ import micropython
 from micropython import const
 
 from attitude.fixed.attitude.learn import work
-from attitude.fixed.attitude.level import level, turn, without_yaw
+from attitude.fixed.attitude.level import level, turn, zero_yaw
 
 _ONE = const(32)
 _N = const(33)
@@ -64,7 +64,6 @@ _LEARNED = const(103)
 _MOVED = const(104)
 _EVENT = const(221)
 _YAW_VIEW = const(142)
-_YAW_NOISE = const(138)
 _YAW_BLOCKS = const(139)
 _HELD = const(140)
 _WORK = const(222)
@@ -254,12 +253,7 @@ def slow(array):
             s[_Y] = 0
             s[_Z] = 0
             level(array, s[_MEAN + 3], s[_MEAN + 4], s[_MEAN + 5], 1)
-            without_yaw(array)
-            i = 0
-            while i < 12:
-                s[_YAW_VIEW + i] = 0
-                i += 1
-            s[_YAW_NOISE] = s[_YAW_BLOCKS] = 0
+            zero_yaw(array)
     elif rested:
         s[_EVENT] |= 2
         if steady == 0:
@@ -362,7 +356,7 @@ def slow(array):
         t = 0
     elif t:
         if begin > 1:
-            without_yaw(array)
+            zero_yaw(array)
         begin = 0
         if samples > 1 or n == 1:
             age += 1
