@@ -3,6 +3,7 @@
 
 import platform
 import subprocess
+import sys
 
 import pytest
 
@@ -10,6 +11,7 @@ from tools.virtual import images
 from tools.virtual.images import packages
 from tools.virtual.images.packages import find_mirror
 from tools.virtual.images.releases import Release, find
+from tools.virtual.rp2040 import build
 from tools.virtual.rp2040.flash import cross_compile
 
 VIPER = """
@@ -191,3 +193,14 @@ def test_the_mirror_is_the_one_that_the_machine_uses(tmp_path, name, text):
 def test_without_a_mirror_the_error_says_what_to_do(tmp_path):
     with pytest.raises(images.FirmwareError, match="PLUMB_FIRMWARE"):
         find_mirror(tmp_path)
+
+
+def test_the_emulator_is_built_for_this_python_and_a_wheel_for_all_is_told_apart(capfd):
+    own = f"_simulator.{sys.implementation.cache_tag}-x86_64-linux-gnu.so"
+    assert build.fitting(["rp2040py/native/" + own, "rp2040py/__init__.py"])
+    assert not build.fitting(["rp2040py/native/_simulator.abi3.so"])
+    assert not build.fitting(["rp2040py/native/_simulator.pyx", "rp2040py/simulator.py"])
+    assert not build.fitting([own.replace("_simulator", "_bit")])
+    assert build.fitting(file.name for file in build.installed())  # by `make`, see the Makefile
+    build.main()
+    assert capfd.readouterr() == ("", "")  # nothing is left to do
