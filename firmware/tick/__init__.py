@@ -176,7 +176,7 @@ class Tick:
             words[_ERRORS] += 1
 
     def _make_step(self, imu, lock, burst, timed):
-        poll, a, b, c = burst
+        poll, first, second, rest = burst
 
         @micropython.native
         def step(
@@ -187,9 +187,9 @@ class Tick:
             lock=lock,
             timed=timed,
             poll=poll,
-            a=a,
-            b=b,
-            c=c,
+            first=first,
+            second=second,
+            rest=rest,
             judge=judge.judge,
             counts=imu.counts,
             memory=self.memory,
@@ -201,7 +201,7 @@ class Tick:
             if more >= _LONG_WAY:
                 fresh = tick._odd(dt_us, now)
             else:
-                fresh = poll(a, b, c)
+                fresh = poll(first, second, rest)
                 if fresh == 1:
                     cause = judge(counts, memory)
                     if cause:
@@ -272,7 +272,7 @@ class Tick:
         return lost
 
     def _make_odd(self, imu, lock, burst, period_us, timed, late_us):
-        poll, a, b, c = burst
+        poll, first, second, rest = burst
 
         @micropython.native
         def odd(
@@ -285,9 +285,9 @@ class Tick:
             period_us=period_us,
             timed=timed,
             poll=poll,
-            a=a,
-            b=b,
-            c=c,
+            first=first,
+            second=second,
+            rest=rest,
             counts=imu.counts,
             memory=self.memory,
         ):
@@ -319,7 +319,7 @@ class Tick:
                 return tick._lost(_BUSY, dt_us, now)
             turned_away = lock[1]
             lock[1] = 0
-            cause = poll(a, b, c)
+            cause = poll(first, second, rest)
             if cause != 1:
                 cause = _BUSY if turned_away and not cause else cause_of(cause)
                 return tick._lost(cause, dt_us, now)
@@ -379,10 +379,10 @@ class Tick:
 def _burst(imu, lead_us, period_us):
     """What brings a burst: a function and its three arguments, as a driver's `burst`."""
     if lead_us == period_us:
-        return _called, _polls_and_starts(imu.poll, imu.start), None, None
+        return polled, _polls_and_starts(imu.poll, imu.start), None, None
     if lead_us and imu.burst:
         return imu.burst
-    return _called, imu.poll if lead_us else imu.fetch, None, None
+    return polled, imu.poll if lead_us else imu.fetch, None, None
 
 
 def _polls_and_starts(poll, start):
@@ -396,8 +396,8 @@ def _polls_and_starts(poll, start):
 
 
 @micropython.native
-def _called(poll, _b, _c):
-    return poll()
+def polled(first, second, rest):
+    return first()
 
 
 @micropython.native
