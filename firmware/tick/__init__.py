@@ -379,25 +379,24 @@ class Tick:
 def _burst(imu, lead_us, period_us):
     """What brings a burst: a function and its three arguments, as a driver's `burst`."""
     if lead_us == period_us:
-        return polled, _polls_and_starts(imu.poll, imu.start), None, None
+        return _polls_and_starts, imu.poll, imu.start, None
     if lead_us and imu.burst:
         return imu.burst
     return polled, imu.poll if lead_us else imu.fetch, None, None
 
 
-def _polls_and_starts(poll, start):
-    @micropython.native
-    def polled(poll=poll, start=start):
-        got = poll()
-        start()  # while one is under way it does nothing
-        return got
-
-    return polled
+@micropython.native
+def _polls_and_starts(poll, start, rest):
+    """The burst that has arrived, and the next one begun."""
+    got = poll()
+    start()  # while one is under way it does nothing
+    return got
 
 
 @micropython.native
-def polled(first, second, rest):
-    return first()
+def polled(poll, second, rest):
+    """The burst of a driver without a cheaper way to it."""
+    return poll()
 
 
 @micropython.native

@@ -7,7 +7,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from host_tests.lib.filter_rig import FREE, Body, make, product, quaternion, rest, wrap, yaw_error
+from host_tests.lib.filter_rig import (
+    FREE,
+    Body,
+    angles,
+    make,
+    matrix,
+    product,
+    quaternion,
+    rest,
+    wrap,
+    yaw_error,
+)
 
 RATE_HZ = 80
 POSES = [(0, 0, 0), (35, -20, 100), (-90, 10, -60), (175, 5, 0)]
@@ -25,16 +36,10 @@ def turned(filt, body, rates_dps):
     """Feed rates about the earth's vertical; how far the yaw is off afterwards, degrees."""
     total = 0.0
     for dps in rates_dps:
-        up = up_of(body)
-        body.turn(dps * up, 1 / RATE_HZ)
+        body.turn(dps * matrix(body.q)[2], 1 / RATE_HZ)
         total += dps / RATE_HZ
         filt.update(body.counts())
     return float(wrap(filt.angles_mdeg[2] / 1000 - body.yaw - total))
-
-
-def up_of(body):
-    w, x, y, z = body.q
-    return np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
 
 
 @every
@@ -80,6 +85,8 @@ def test_beyond_the_gyros_range_the_yaw_is_anywhere(name, axis):
         body.turn(rates, 1 / RATE_HZ)
         filt.update(body.counts())
     assert 1.96 * filt.yaw_sigma_deg > 100
+    blocks = 2 / 0.08  # of 20 degrees each, the bound's factor 0.8
+    assert filt.yaw_sigma_deg == pytest.approx(min(92, 0.8 * 20 * blocks**0.5), rel=0.2)
     again, other = started(name)
     for _ in range(2 * RATE_HZ):
         other.turn(rates / 2, 1 / RATE_HZ)
@@ -113,13 +120,13 @@ def test_zero_yaw_is_where_all_that_was_off_ends(name, at_s):
         t = n / RATE_HZ
         if t == at_s:
             filt.zero_yaw()
-            zero_deg = yaw_of(body)
+            zero_deg = angles(body.q)[2]
             assert abs(filt.angles_mdeg[2]) < 100
             assert filt.yaw_sigma_deg < 0.1
         to(body, quaternion(35 * np.sin(1.7 * t), 30 * np.sin(1.1 * t), 130 * np.sin(0.3 * t)))
         filt.update(body.counts())
         if zero_deg is not None and n % 40 == 0:
-            off = wrap(filt.angles_mdeg[2] / 1000 - (yaw_of(body) - zero_deg))
+            off = wrap(filt.angles_mdeg[2] / 1000 - (angles(body.q)[2] - zero_deg))
             assert abs(off) < 1.96 * filt.yaw_sigma_deg + 1  # Euler angles share a tilt's error
 
 
@@ -127,8 +134,3 @@ def to(body, q):
     """Turn to this attitude within a sample."""
     w, x, y, z = product(body.q * (1, -1, -1, -1), q)
     body.rates, body.q = np.degrees([2 * x, 2 * y, 2 * z]) * RATE_HZ / w, q
-
-
-def yaw_of(body):
-    w, x, y, z = body.q
-    return float(np.degrees(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))))

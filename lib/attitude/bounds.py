@@ -31,6 +31,7 @@ class Bounds:
         self._square = 0.0  # of the position, g^2
         self._explained = [0.0, 0.0]  # variance of it by the gyro, g^2
         self._yaw = 0.0  # variance that no view shows any more, rad^2
+        self._over = False
         self.uncertain = True
 
     def forget_yaw(self):
@@ -46,6 +47,9 @@ class Bounds:
         square = loop.px * loop.px + loop.py * loop.py
         self._square += min(1.0, span_s / _SHAKEN_S) * (square - self._square)
         self._yaw += YAW_NOISE * YAW_NOISE * span_s
+        if self._over:
+            self._yaw += _OVER * _OVER
+            self._over = False
         if at_rest:
             self._explained = [0.0, 0.0]
         x, y = self._explained
@@ -63,7 +67,7 @@ class Bounds:
 
     def over_range(self):
         """In this block the gyro has lost a part of a turn."""
-        self._yaw += _OVER * _OVER
+        self._over = True
 
     def tilt_sigma_deg(self, view, learning):
         """One sigma of a level axis."""
@@ -76,11 +80,11 @@ class Bounds:
 
     def state(self):
         """All that changes, for set_state()."""
-        return self._square, tuple(self._explained), self._yaw, self.uncertain
+        return self._square, tuple(self._explained), self._yaw, self._over, self.uncertain
 
     def set_state(self, state):
         """Go on from a state()."""
-        self._square, explained, self._yaw, self.uncertain = state
+        self._square, explained, self._yaw, self._over, self.uncertain = state
         self._explained = list(explained)
 
 

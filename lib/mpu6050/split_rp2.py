@@ -130,7 +130,7 @@ def _unready(busy) -> int:
 class Split:
     """One sensor's burst; `busy[0]` is not 0 while any sensor's burst runs on this block.
 
-    burst: take() and its arguments, which cost a tick less than the method: an attribute is 3 us.
+    burst: take() and its arguments, which cost a tick less than a method that looks them up.
     """
 
     def __init__(self, i2c, address, counts):

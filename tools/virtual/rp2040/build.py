@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Builds the emulator for this Python alone: three times as fast as the wheel that fits them all.
+"""Builds the emulator for this Python alone, faster than the wheel that fits them all.
 
 `python -m tools.virtual.rp2040.build` does it once for an environment and keeps the wheel in the
 cache. rp2040py's own wheel uses only what every Python has (the stable ABI), where each access is
-a call; its sources are the same. Where they cannot be built that wheel stays, and all is slower.
+a call: 5.2 million instructions a second for 13.3 (setup.py of rp2040py 0.3.6). The sources are
+the same. Where they cannot be built that wheel stays.
 """
 
 import importlib.util
@@ -37,7 +38,7 @@ def main():
             path = kept() or build()
             run("installing it", *PIP, "install", "--force-reinstall", "--no-deps", path)
     except (FirmwareError, OSError, ValueError) as error:
-        say(f"the emulator stays as it is, three times as slow: {error}")
+        say(f"the emulator stays as it is: {error}")
 
 
 def installed():
