@@ -39,7 +39,8 @@ class _Events:
         event = Event(t_ns, action)
         self._count += 1
         heapq.heappush(self.heap, (t_ns, self._count, event))
-        self.next_ns = self.heap[0][0]
+        if t_ns < self.next_ns:
+            self.next_ns = t_ns
         return event
 
     def pop(self):
@@ -150,12 +151,16 @@ class Clock:
 
     def _advance(self, target_ns):
         """Run the events due until `target_ns`, each at its instant or as soon as it can."""
-        while self._next_ns() <= target_ns:
-            hardware = self._hardware.next_ns <= self._interrupts.next_ns
-            if hardware or not self.interrupts or self._in_interrupt:
-                self._run(self._hardware, "_in_hardware")
+        hardware, interrupts = self._hardware, self._interrupts
+        while True:
+            first = interrupts.next_ns < hardware.next_ns
+            if first and self.interrupts and not self._in_interrupt:
+                events, flag = interrupts, "_in_interrupt"
             else:
-                self._run(self._interrupts, "_in_interrupt")
+                events, flag = hardware, "_in_hardware"
+            if events.next_ns > target_ns:
+                return
+            self._run(events, flag)
 
     def _run(self, events, flag):
         t_ns, action = events.pop()

@@ -72,11 +72,17 @@ class Peripherals:
         self.port = port
         self.blocks = [I2CBlock(port, n) for n in range(len(port.traits.block_bases))]
         self.wake = [0] * ((port.traits.pin_count + 7) // 8)
+        self._found = {}  # address: what is there
 
     def find(self, address, kind):
         """Return what a pointer of `kind` to `address` reaches, or None."""
         if kind != "ptr32":
             return None
+        if address not in self._found:
+            self._found[address] = self._look(address)
+        return self._found[address]
+
+    def _look(self, address):
         base, alias, offset = address & ~0x3FFF, address >> 12 & 3, address & 0xFFF
         bases = self.port.traits.block_bases
         if base in bases:

@@ -34,7 +34,7 @@ class I2CBlock:
     def _reset(self):
         self.tx, self.rx = deque(), deque()
         self.interrupts = self.abort_source = 0
-        self.event = None
+        self.event = self.byte = None
         self.running = False  # between START and STOP
         self.reading = self.first = self.aborting = False
         self.wire = None
@@ -80,16 +80,19 @@ class I2CBlock:
         self.port.clock.hold(wait_ns)
 
     def _status(self, offset):
-        raw = self.interrupts | (dw.TX_EMPTY if self.enabled and not self.tx else 0)
+        if offset == dw.IC_RXFLR:
+            return len(self.rx)
+        if offset == dw.IC_TX_ABRT_SOURCE:
+            return self.abort_source
         if offset == dw.IC_STATUS:
             bits = (
                 self.busy, len(self.tx) < dw.FIFO, not self.tx,
                 bool(self.rx), len(self.rx) == dw.FIFO, self.busy,
             )  # fmt: skip
             return sum(bool(bit) << place for place, bit in enumerate(bits))
+        raw = self.interrupts | (dw.TX_EMPTY if self.enabled and not self.tx else 0)
         values = {
-            dw.IC_RXFLR: len(self.rx), dw.IC_TXFLR: len(self.tx),
-            dw.IC_TX_ABRT_SOURCE: self.abort_source,
+            dw.IC_TXFLR: len(self.tx),
             dw.IC_RAW_INTR_STAT: raw, dw.IC_INTR_STAT: raw & self.plain[dw.IC_INTR_MASK],
             dw.IC_ENABLE: int(self.enabled) | self.aborting << 1,
             dw.IC_ENABLE_STATUS: int(self.enabled),
@@ -139,11 +142,11 @@ class I2CBlock:
             return
         self.tx.append(value)
         if self.event is None:
-            self._later(0)
+            self._later(0, self._step)
 
-    def _later(self, ns, action=None):
+    def _later(self, ns, action):
         clock = self.port.clock
-        self.event = clock.hardware_at(clock.now_ns + ns, action or self._step)
+        self.event = clock.hardware_at(clock.now_ns + ns, action)
 
     def _step(self):
         """Do the next command, or hold the bus when there is none."""
@@ -155,7 +158,7 @@ class I2CBlock:
         try:
             self._command(wire, bit_ns)
         except BusStuck:
-            self._later(_RETRY_NS)  # it waits for a free bus as long as it must
+            self._later(_RETRY_NS, self._step)  # it waits for a free bus as long as it must
         except ArbitrationLost:
             self._abort(dw.ARB_LOST)
 
@@ -164,39 +167,48 @@ class I2CBlock:
         read = bool(command & dw.CMD_READ)
         wire.claim(self, again=True)
         self.wire = wire
-        wire.bus.advance(self.port.clock.now_ns)
+        bus = wire.bus
+        bus.advance(self.port.clock.now_ns)
         bits = 9
         if not self.running or command & dw.CMD_RESTART or read != self.reading:
             bits += 10
             self.interrupts |= dw.START_DET
-            if not wire.bus.start(self.plain[dw.IC_TAR] & 0x7F, read):
+            if not bus.start(self.plain[dw.IC_TAR] & 0x7F, read):
                 self._later(10 * bit_ns, lambda: self._abort(dw.ABRT_7B_ADDR_NOACK))
                 return
             self.running, self.reading, self.first = True, read, True
         if read:
-            value = wire.bus.read(bool(command & dw.CMD_STOP))
-        elif not wire.bus.write(command & 0xFF):
+            self.byte = bus.read(bool(command & dw.CMD_STOP))
+        elif bus.write(command & 0xFF):
+            self.byte = None
+        else:
             self._later(bits * bit_ns, lambda: self._abort(dw.ABRT_TXDATA_NOACK))
             return
         self.tx.popleft()
-        self._later(
-            bits * bit_ns,
-            lambda: self._finish(value if read else None, bool(command & dw.CMD_STOP), bit_ns),
-        )
+        last = command & dw.CMD_STOP
+        self._later(bits * bit_ns, (lambda: self._last(bit_ns)) if last else self._next)
 
-    def _finish(self, value, stop, bit_ns):
-        """A byte is complete: into the FIFO, STOP if asked for, go on."""
-        self.event = None
-        if value is not None:
-            if len(self.rx) >= dw.FIFO:
-                self.interrupts |= dw.RX_OVER
-            else:
-                self.rx.append(value | (dw.FIRST_DATA_BYTE if self.first else 0))
-            self.first = False
-        if stop:
-            self._stop()
+    def _next(self):
+        """A byte is complete: into the FIFO; go on."""
+        self._keep()
+        self._step()
+
+    def _last(self, bit_ns):
+        """The last byte is complete: into the FIFO; STOP; go on with another transfer."""
+        self._keep()
+        self._stop()
         if self.tx:
-            self._later(bit_ns if stop else 0)
+            self._later(bit_ns, self._step)
+
+    def _keep(self):
+        self.event = None
+        if self.byte is None:
+            return
+        if len(self.rx) >= dw.FIFO:
+            self.interrupts |= dw.RX_OVER
+        else:
+            self.rx.append(self.byte | (dw.FIRST_DATA_BYTE if self.first else 0))
+        self.first = False
 
     def _stop(self):
         self.running = False

@@ -13,6 +13,7 @@ import ctypes
 import errno
 import linecache
 import types
+from array import array
 
 from .compile import Function
 from .consts import file_constants
@@ -71,6 +72,8 @@ def pointer(value, kind, title):
     """Return what pointer type `kind` reads and writes: a view of a buffer, or the peripheral at
     an address.
     """
+    if value.__class__ is array and value.typecode == "i" and kind == "ptr32":
+        return memoryview(value)
     if isinstance(value, int):
         for lookup in address_space:
             memory = lookup(value & 0xFFFFFFFF, kind)
