@@ -176,7 +176,7 @@ class Attitude(Orientation):
 
     @property
     def uncertain(self):
-        """True while the tilt is not known well enough to be claimed."""
+        """Not 0 while the tilt is not known well enough to be claimed: see Bounds."""
         return self._slow.bounds.uncertain
 
     @property

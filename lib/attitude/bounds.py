@@ -20,8 +20,9 @@ _CLAIMED_DEG, _DOUBTED_DEG = 1.0, 3.0
 
 
 class Bounds:
-    """Keeps what the views and the covariance do not tell; `.uncertain` is True while the tilt is
-    not known well enough to be claimed."""
+    """Keeps what the views and the covariance do not tell; `.uncertain` is not 0 while the tilt is
+    not known well enough to be claimed: 1 it levels, or its gyro is not known; 2 pushes have
+    moved what it levels by."""
 
     def __init__(self):
         self.clear()
@@ -32,7 +33,7 @@ class Bounds:
         self._explained = [0.0, 0.0]  # variance of it by the gyro, g^2
         self._yaw = 0.0  # variance that no view shows any more, rad^2
         self._over = False
-        self.uncertain = True
+        self.uncertain = 1
 
     def forget_yaw(self):
         """Yaw counts from here."""
@@ -55,10 +56,12 @@ class Bounds:
         x, y = self._explained
         # a lasting error of the attitude shows as a position half of it
         sigma = tilt_deg(4.0 * (x + y), self._square)
-        if young or sigma > _DOUBTED_DEG:
-            self.uncertain = True
+        if not young and tilt_deg(0.0, self._square) > _DOUBTED_DEG:
+            self.uncertain = 2
+        elif young or sigma > _DOUBTED_DEG:
+            self.uncertain = 1
         elif sigma < _CLAIMED_DEG:
-            self.uncertain = False
+            self.uncertain = 0
 
     def bias_forgotten(self, view, learning, keep):
         """The view's yaw keeps only this part of what old biases did; the rest stays in doubt."""

@@ -27,7 +27,7 @@ class FromCounts:
     """
 
     timed = True  # update() needs the measured time
-    at_rest = uncertain = False  # of filters that do not watch for it
+    at_rest, uncertain = False, 0  # of filters that do not watch for it
     knows_yaw = False  # of filters of roll and pitch only
     _made = False
 

@@ -63,7 +63,7 @@ class FloatAttitude(FromCounts):
 
     @property
     def uncertain(self):
-        """True while the tilt is not known well enough to be claimed."""
+        """Not 0 while the tilt is not known well enough to be claimed: see Bounds."""
         return self.cores[0].uncertain
 
     @property

@@ -59,7 +59,7 @@ class Fixed:
     _least_hz = 10
     _spare = 1.0  # by how much the gyro's coefficients may grow while it runs
 
-    at_rest = uncertain = False  # of filters that do not watch for it
+    at_rest, uncertain = False, 0  # of filters that do not watch for it
     knows_yaw = False  # of filters of roll and pitch only
     _made = False
     timed = False  # update() needs no dt: the period is fixed

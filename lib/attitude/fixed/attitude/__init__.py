@@ -90,7 +90,7 @@
 # 158-160 RATES       mdps                                                              step, stand
 # 161-163 FORCE       calibrated accelerometer, counts                                         step
 # 164     AT_REST     1 or 0                                                                   slow
-# 165     UNCERTAIN   1 or 0                                                            pace, level
+# 165     UNCERTAIN   0, 1 not known, 2 pushed                                          pace, level
 # 166     TRIM        (|q|^2 - 1) / 2, Q18: the next sample takes it off   step, level, stand, turn
 # 167-169 LAST        inc of the last sample, as learned                          step, stand, turn
 # 170-172 FRACTION    of the bias, Q8: what waits                                              step
@@ -280,8 +280,9 @@ class Attitude(Fixed):
 
     @property
     def uncertain(self):
-        """True while the tilt is not known well enough to be claimed."""
-        return self._s[_UNCERTAIN] == 1
+        """Not 0 while the tilt is not known well enough to be claimed: 1 it levels, or its
+        gyro is not known; 2 pushes have moved what it levels by."""
+        return self._s[_UNCERTAIN]
 
     def set_state(self, state):
         """Continue from a state() of a filter with the same settings."""

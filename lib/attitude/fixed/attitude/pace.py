@@ -304,10 +304,14 @@ def pace(array):
     k = s[_EXPLAINED] + s[_EXPLAINED + 1]
     if k >> 27:
         k = 134217727
-    t = (k << 2) + (t >> 6) * 31
-    if s[_AGE] < 3 * s[_YOUNG] or t > _DOUBTED:
+    t = (t >> 6) * 31
+    if s[_AGE] < 3 * s[_YOUNG]:
         s[_UNCERTAIN] = 1
-    elif t < _CLAIMED:
+    elif t > _DOUBTED:
+        s[_UNCERTAIN] = 2
+    elif t + (k << 2) > _DOUBTED:
+        s[_UNCERTAIN] = 1
+    elif t + (k << 2) < _CLAIMED:
         s[_UNCERTAIN] = 0
 
     # mean squares of the rates, for the next block; the mean rows of the rotation matrix
