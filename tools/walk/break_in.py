@@ -24,6 +24,13 @@ def ctrl_c(clock, after, below=False):
     return at_jump(clock, after, press, below)
 
 
+def _is_with(frame):
+    """Whether it is at a `with`. Where that is left MicroPython still calls __exit__() for what
+    comes in at the last jump of its body; CPython does not for what a trace raises there."""
+    text = linecache.getline(frame.f_code.co_filename, frame.f_lineno)
+    return text.lstrip().startswith("with ")
+
+
 @contextlib.contextmanager
 def at_jump(clock, after, work, below=False):
     """Within it work() is called at the after-th jump (from 0), once; `below`: see ctrl_c."""
@@ -55,8 +62,9 @@ def at_jump(clock, after, work, below=False):
             if below and event == "return" and frame.f_code.co_name == "_after":
                 inside = False
             if event == "line":
+                leaves = frame.f_lineno < last and _is_with(frame)
                 jumped, last = jumps(frame.f_code, last), frame.f_lineno
-                if jumped and left >= 0 and here():
+                if jumped and left >= 0 and here() and not (leaves and left == 0):
                     left -= 1
                     if left < 0:
                         sys.settrace(None)

@@ -14,6 +14,7 @@ _AT_REST = 11  # of firmware.tick.estimate
 _DLPF_HZ = (260, 184, 94, 44, 21, 10, 5)  # DLPF_CFG (RM p. 13)
 _GYRO_DPS = (250, 500, 1000, 2000)  # FS_SEL (RM p. 31)
 _ACCEL_G = (2, 4, 8, 16)  # AFS_SEL (RM p. 29)
+_TILTS_DPS = 2.5  # about a level axis, slower for a moment may pass for a bias
 _SAFE_US = {"quad": 1000, "balance": 0}
 
 
@@ -68,15 +69,16 @@ class Checks:
             self.reference = None
 
     def began(self):
-        """start(): yaw is 0 where it looks now. A steady turn or a slow beginning that was taken
-        for the gyro's bias cannot be known: nothing is asked of that until the next start."""
-        world, app = self.world, self.world.app
-        back = [world.now_s - app.config.rest_s * part / 8 for part in range(9)]
-        still = max(world.motion.rate_dps(max(0.0, t)) for t in back) == 0.0
+        """start(): yaw is 0 where it looks now. A steady turn about the vertical, or a slow
+        beginning, that was taken for the gyro's bias cannot be known: nothing is asked of that
+        until the next start."""
+        world, app, motion = self.world, self.world.app, self.world.motion
+        back = [max(0.0, world.now_s - app.config.rest_s * part / 8) for part in range(9)]
+        still = max(map(motion.rate_dps, back)) == 0.0
         told = any("bias not measured" in text for text in app.warnings)
         measured = app.config.rest_s > 0 and not told
         self.bias_known = measured and still
-        self.blind = measured and not still
+        self.blind = measured and not still and min(map(motion.level_dps, back)) < _TILTS_DPS
         self.zero()
 
     def zero(self):

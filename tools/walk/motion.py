@@ -121,3 +121,10 @@ class Moved:
     def rate_dps(self, t_s):
         """The largest rate of the axes, deg/s."""
         return max(abs(r) for r in self._look(t_s)[1])
+
+    def level_dps(self, t_s):
+        """The rate about level axes, which moves gravity, deg/s."""
+        q, rate, _ = self._look(t_s)
+        up = quat.gravity(q)
+        along = sum(r * u for r, u in zip(rate, up, strict=True))
+        return max(0.0, sum(r * r for r in rate) - along * along) ** 0.5

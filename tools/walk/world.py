@@ -65,13 +65,13 @@ class World:
 
     def _listen(self):
         """The checks are told where a yaw begins at 0: at each start, after a filter without."""
-        from firmware import wiring
+        from firmware.learning import Learning
         from firmware.tick import Tick
 
-        begin, use = wiring.begin, Tick.use
+        begin, use = Learning.begin, Tick.use
 
-        def begun(app, known):
-            begin(app, known)
+        def begun(learning):
+            begin(learning)
             self.checks.began()
 
         def used(tick, new):
@@ -80,7 +80,7 @@ class World:
             if anew:
                 self.checks.zero()
 
-        wiring.begin, Tick.use = begun, used
+        Learning.begin, Tick.use = begun, used
 
     def close(self):
         """Leave the board; its uncaught errors are checked."""
