@@ -61,6 +61,7 @@ _CALL_MS = const(40)  # at most between two calls
 _STATUS_MS = const(1000)
 _TODO = const(8)  # changes that wait
 _LEAST = const(16)  # records in a ring
+_ROOM = const(4096)  # bytes in one piece that are left beside it, for a filter's code
 
 # places of a Stream's own words
 _UNTIL = const(0)  # ticks_ms of the end
@@ -425,13 +426,14 @@ def _words():
 
 def _ring(samples, length, old):
     """For so many records, a power of two, or fewer where the heap is in pieces: `old` then, if it
-    has as much."""
+    has as much. A piece of _ROOM bytes is left beside a new one."""
     size = _LEAST
     while size < samples:
         size *= 2
     gc.collect()
     while not old or old[_SIZE] < size:
         try:
+            room = bytearray(_ROOM if size > _LEAST else 0)  # noqa: F841 - free again afterwards
             return tap.ring(size, length)
         except MemoryError:
             if size == _LEAST:

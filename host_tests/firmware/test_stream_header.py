@@ -84,3 +84,37 @@ def test_a_ring_is_never_smaller_than_the_one_before(monkeypatch, had, most):
         ring = stream._ring(200, 28, old)
         assert ring[size] == max(had, most) and ring[length] == 28
         assert list(ring[:2]) == [0, 0]
+
+
+@pytest.mark.parametrize("free, records", [(20000, 256), (9000, 128), (5000, 16), (500, 0)])
+def test_a_ring_leaves_a_piece_for_a_filters_code_beside_it(monkeypatch, free, records):
+    """All that is free is one piece; 28 bytes a record and 104 of its own."""
+    with Port("rp2"):
+        from firmware import stream
+
+        make, left = stream.tap.ring, [free]
+
+        def scarce(amount):
+            if amount > left[0]:
+                raise MemoryError
+            left[0] -= amount
+
+        def ring(size, length):
+            try:
+                scarce(104 + size * length)
+            except MemoryError:
+                left[0] = free
+                raise
+            return make(size, length)
+
+        def room(amount):
+            left[0] = free
+            scarce(amount)
+
+        monkeypatch.setattr(stream, "bytearray", room, raising=False)
+        monkeypatch.setattr(stream.tap, "ring", ring)
+        if records:
+            assert stream._ring(200, 28, None)[2] == records  # SIZE of firmware.tick.tap
+        else:
+            with pytest.raises(MemoryError):
+                stream._ring(200, 28, None)

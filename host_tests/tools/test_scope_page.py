@@ -126,6 +126,20 @@ def test_the_visible_is_exported(page, tmp_path):
     assert next(tmp_path.glob("*.png")).read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_change_of_colours_keeps_what_is_shown(page):
+    width = f"{PLOTS}[0].chart.scales.x.max - {PLOTS}[0].chart.scales.x.min"
+    page.js(f"{PLOTS}[0].setShown(1, false)")
+    for dark in (True, False):
+        page.js(f"document.body.classList.toggle('body--dark', {str(dark).lower()})")
+        page.until(f"{PLOTS}[0].dark === {str(dark).lower()}")
+        assert page.js(f"({PLOTS}[0].build(), {width})") == pytest.approx(10.0, abs=0.01)
+        assert page.js(f"{PLOTS}[0].chart.series[2].show") is False
+    page.js(f"{PLOTS}[0].own = {PLOTS}[0].chart; document.body.classList.add('busy')")
+    page.until(f"{PLOTS}[0].pushes > {page.js(f'{PLOTS}[0].pushes')} + 2")
+    assert page.js(f"{PLOTS}[0].own === {PLOTS}[0].chart")  # no colour of it
+    page.js(f"{PLOTS}[0].setShown(1, true); document.body.classList.remove('busy')")
+
+
 def test_the_cable_is_pulled_and_put_back_and_the_gap_is_drawn(page):
     had = page.js(f"{PLOTS}[0].data[0].length")
     page.click("Unplug")

@@ -21,6 +21,8 @@ function firstAtLeast(list, value) {
   return low;
 }
 
+function isDark() { return document.body.classList.contains("body--dark"); }
+
 export default {
   template: `<div><div ref="plot" tabindex="0" style="outline-offset:2px"
       :aria-label="title + ': arrows move the cursor, M sets a mark to measure from, space pauses'"
@@ -31,7 +33,7 @@ export default {
     this.build();
     this.watcher = new ResizeObserver(() => this.size());
     this.watcher.observe(this.$refs.plot);
-    this.theme = new MutationObserver(() => this.build());
+    this.theme = new MutationObserver(() => { if (this.dark !== isDark()) this.build(); });
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     this.$el.scope = this;
     this.$emit("ready");
@@ -49,8 +51,9 @@ export default {
       });
     },
     build() {
+      const shown = this.chart && this.chart.series.map((series) => series.show);
       if (this.chart) this.chart.destroy();
-      const dark = document.body.classList.contains("body--dark");
+      const dark = this.dark = isDark();
       const ink = dark ? "#ddd" : "#222", lines = dark ? "#3a3a3a" : "#e2e2e2";
       const axis = { stroke: ink, grid: { stroke: lines, width: 1 }, ticks: { stroke: lines, width: 1 } };
       this.ink = ink;
@@ -65,7 +68,7 @@ export default {
           ...this.traces.map((t, i) => ({
             label: t.label, width: t.thin ? 1 : 1.6, stroke: colours[t.colour ?? i % colours.length],
             dash: DASHES[t.dash ?? i % DASHES.length], points: { show: false }, spanGaps: false,
-            show: t.show !== false, value: (u, v) => (v == null ? "" : v.toFixed(t.digits ?? 2) + " " + t.unit),
+            show: shown ? shown[i + 1] : t.show !== false, value: (u, v) => (v == null ? "" : v.toFixed(t.digits ?? 2) + " " + t.unit),
           }))],
         hooks: {
           drawClear: [(u) => this.drawGaps(u)], draw: [(u) => this.drawMarks(u)],
@@ -76,7 +79,7 @@ export default {
       this.chart.over.addEventListener("click", () => this.measure());
       this.chart.over.addEventListener("mouseenter", () => { this.keyed = null; });
       this.chart.over.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
-      this.draw();
+      this.redraw(); // at once: until then all that is kept would be visible
     },
     round(low, high) {
       if (low == null) return [-1, 1];
@@ -120,18 +123,18 @@ export default {
     draw() {
       if (this.asked) return;
       this.asked = true;
-      requestAnimationFrame(() => {
-        this.asked = false;
-        if (!this.chart || !this.data[0].length) return;
-        const t = this.data[0], end = t[t.length - 1];
-        const range = this.paused && this.shown ? this.shown : [end - this.span, end];
-        const low = Math.max(0, firstAtLeast(t, range[0]) - 1), high = firstAtLeast(t, range[1]) + 1;
-        this.chart.batch(() => {
-          this.chart.setData(this.data.map((column) => column.slice(low, high)), false);
-          this.chart.setScale("x", { min: range[0], max: range[1] });
-        });
-        if (this.paused && this.keyed != null) this.chart.setCursor({ left: this.keyed, top: 10 });
+      requestAnimationFrame(() => { this.asked = false; this.redraw(); });
+    },
+    redraw() {
+      if (!this.chart || !this.data[0].length) return;
+      const t = this.data[0], end = t[t.length - 1];
+      const range = this.paused && this.shown ? this.shown : [end - this.span, end];
+      const low = Math.max(0, firstAtLeast(t, range[0]) - 1), high = firstAtLeast(t, range[1]) + 1;
+      this.chart.batch(() => {
+        this.chart.setData(this.data.map((column) => column.slice(low, high)), false);
+        this.chart.setScale("x", { min: range[0], max: range[1] });
       });
+      if (this.paused && this.keyed != null) this.chart.setCursor({ left: this.keyed, top: 10 });
     },
     setPaused(paused) {
       if (paused && !this.paused) this.shown = [this.chart.scales.x.min, this.chart.scales.x.max];
