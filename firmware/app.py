@@ -11,6 +11,7 @@ app.stop()
 """
 
 import gc
+import sys
 
 _OFTEN = 8192  # until it runs: else what stays is strewn all over the heap, between garbage
 gc.threshold(_OFTEN)
@@ -22,7 +23,7 @@ from micropython import const
 
 from firmware import board as boards
 from firmware import bus, filters, learning, sample, settings, wiring
-from firmware.briefly import Briefly
+from firmware.briefly import Briefly, Lasting
 from firmware.config import Config, defaults
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
@@ -47,7 +48,7 @@ PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin
 ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 # what a start alone needs; what reads and writes files
 _FILES = ("firmware.calibration", "firmware.store", "calibration.fields")
-_START = ("firmware.beginning", "calibration.rest") + _FILES
+_START = ("firmware.beginning", "firmware.startup", "calibration.rest") + _FILES
 _UNDO = const(20)
 _CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
@@ -84,7 +85,7 @@ class App:
         self.warnings = self.config.load()
         self._believe_knobs()
         self.config.change = self.set
-        self.tick = Tick()
+        self.tick = Tick(bus.mask())
         self.bus = bus.of(0)
         self.telemetry = Telemetry(console or Console())
         self.period_us = 0
@@ -172,10 +173,9 @@ class App:
         self.board.check_version()
         self.board.use(self.config)
         settings.check(self.config, self.board)
-        for other in self._running:
-            if other.running and self._same_sensor(other):
-                raise OSError("this sensor has a running App: use App.current(), or stop it first")
         with Briefly(*_START):
+            from firmware import startup  # until the first sample
+
             self._find_sensor()
             began = self._find_bias()
             self.calibration = began.calibration
@@ -188,7 +188,7 @@ class App:
         self._watch()
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
-        wiring.begin(self, began.still)
+        startup.begin(self, began.still)
         self._running.append(self)
         self.loop.start()
 
@@ -206,7 +206,7 @@ class App:
         if self.running:
             try:
                 self.loop.stop()
-                self.bus.forget()
+                self.bus.forget(self.tick.mask)
             finally:  # also after a Ctrl-C
                 self.outputs.safe()
             try:
@@ -241,19 +241,11 @@ class App:
         with Briefly("firmware.startup"):
             from firmware import startup
 
+            startup.check(self, self._running)
             if self.imu is None:
                 self.imu = startup.sensor(self.board, self.config, self.bus, self.kind)
             else:
                 startup.again(self.imu, self.board, self.config, self.bus)
-
-    def _same_sensor(self, other):
-        mine, its = self.board, other.board
-        wires, its_wires = (mine.sda, mine.scl), (its.sda, its.scl)
-        same_wires = wires == its_wires  # an ESP32 has any pins for any number
-        if not same_wires and (mine.i2c_id == its.i2c_id or _any(wires, its_wires)):
-            text = "I2C%d has the pins SDA GP%d, SCL GP%d for a running App: set the knob bus"
-            raise OSError(text % (its.i2c_id, its.sda, its.scl))
-        return same_wires and other.config.address == self.config.address
 
     def paused(self, work):
         """What `work(imu)` returns, called while the loop stands still and the bus is ours."""
@@ -276,6 +268,7 @@ class App:
 
     def _change(self, values):
         """All of these knobs, or none."""
+        self._tidy()
         config = self.config
         before, running = config.values(), self.running
         allowed, kept = False, before
@@ -299,16 +292,19 @@ class App:
     def stream(self):
         """The firmware.stream.Stream, loaded when somebody wants it."""
         if not self._stream:
-            self._tidy()
-            from firmware.stream import Stream
+            with Lasting(self._tidy()):
+                from firmware.stream import Stream
 
-            self._stream = Stream(self)
+                self._stream = Stream(self)
         return self._stream
 
-    def _tidy(self):
-        """What stays shall not be strewn over the heap, behind garbage. Soft ticks would wait."""
-        if not self.running or self.tick_kind == "hard":
-            gc.collect()
+    def _tidy(self, name=None):
+        """What stays shall not be strewn over the heap, behind garbage. False where it is there
+        already, the module of this name, and where soft ticks would wait for collections."""
+        if name in sys.modules or (self.running and self.tick_kind != "hard"):
+            return False
+        gc.collect()
+        return True
 
     def _take_back(self, names, running):
         """All as it was; the loop goes on, or else the outputs are safe."""
@@ -344,7 +340,6 @@ class App:
         if pace or _any(names, CHIP):
             wiring.change(self, pace)
         else:
-            self._tidy()
             if "filter" in names:
                 wiring.renew(self, self.filter)
             elif _any(names, filters.SETTINGS[config.filter]):
@@ -499,14 +494,16 @@ class App:
 
     def stats(self):
         """Timing, faults by cause and what else is counted, as a dict (firmware.report)."""
-        from firmware.report import stats
+        with Lasting(self._tidy("firmware.report")):
+            from firmware.report import stats
 
         return stats(self)
 
     def report(self):
         """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
         self._must_run()
-        from firmware.report import report
+        with Lasting(self._tidy("firmware.report")):
+            from firmware.report import report
 
         return report(self)
 

@@ -10,13 +10,12 @@ from collections import namedtuple
 
 from calibration import Calibration
 from calibration.rest import NotStill, rest
-from calibration.watch import turn_dps
+from calibration.watch import near, turn_dps
 from micropython import const
 
 from firmware import filters
 from firmware.calibration import load_for
-from firmware.learning import BOUND_DPS_PER_C, NOTHING, ONCE, SURE, TILTED_G, near
-from firmware.wiring import first
+from firmware.learning import BOUND_DPS_PER_C, NOTHING, ONCE, SURE, TILTED_G
 
 # still: calibration.watch.Rest of the start, or None
 Begin = namedtuple("Begin", ("calibration", "known", "still", "warnings"))
@@ -30,7 +29,6 @@ def find(imu, config):
     """A Begin: the stored calibration with the gyro's bias as it is now. OSError."""
     cal, warnings = load_for(imu, config.calibration_path)
     stored, stored_c = any(cal.gyro_bias_dps), cal.temp_c
-    first(imu)
     cal = cal.at(imu.temp_c())
     if config.self_test:
         from firmware.report import tested
@@ -39,14 +37,15 @@ def find(imu, config):
         if not good:
             warnings.append("self-test failed, or the sensor was moved: " + ", ".join(lines))
     known, still = SURE if stored else NOTHING, None
+    bias = cal.gyro_bias_dps if stored else None
     if config.rest_s:
         try:
-            still = _rested(imu, config)
+            still = _rested(imu, config, bias)
             bound = _STORED_DPS + BOUND_DPS_PER_C * abs(still.temp_c - stored_c)
-            bias = cal.at(still.temp_c).gyro_bias_dps
-            turn = turn_dps(still, bias, bound) if stored else 0.0
-            if stored and not turn and not near(still.gyro_dps, bias, bound):
-                _same_again(still, imu, config)
+            now = cal.at(still.temp_c).gyro_bias_dps
+            turn = turn_dps(still, now, bound) if stored else 0.0
+            if stored and not turn and not near(still.gyro_dps, now, bound):
+                _same_again(still, imu, config, bias)
         except NotStill as error:
             still = None
             used = "the stored one is used" if stored else "none is known, angles are uncertain"
@@ -65,22 +64,22 @@ def find(imu, config):
     return Begin(_folding(cal, imu, config, warnings), known, still, warnings)
 
 
-def _rested(imu, config):
+def _rested(imu, config, bias_dps):
     """A Rest; waits for it a while. NotStill, OSError."""
     # the low-pass forgets the gyro's start: eight of its time constants, two of the samples
     time.sleep_ms(int(8 * 160 / config.dlpf_hz + 2000 / imu.rate_hz))
     began = time.ticks_ms()
     while True:
         try:
-            return rest(imu, config.rest_s, config.still_dps / _SPREAD)
+            return rest(imu, config.rest_s, config.still_dps / _SPREAD, bias_dps)
         except NotStill:
             if time.ticks_diff(time.ticks_ms(), began) > 1000 * _TRIES * config.rest_s:
                 raise
 
 
-def _same_again(still, imu, config):
+def _same_again(still, imu, config, bias_dps):
     """NotStill where what looked like a Rest was a slow tilt: a later one shows it."""
-    if not near(_rested(imu, config).accel_g, still.accel_g, TILTED_G):
+    if not near(_rested(imu, config, bias_dps).accel_g, still.accel_g, TILTED_G):
         raise NotStill("moved: it tilts slowly")
 
 

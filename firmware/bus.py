@@ -5,8 +5,8 @@
         display.show()          # any device of yours on the same two wires
 
 While it is held the tick begins no burst and takes none: it predicts, and counts those ticks
-("busy" in app.stats()). A tick that was turned away goes first the next time, so a loop that
-reads all the time cannot starve it.
+("busy" in app.stats()). One that was turned away goes first the next time, until it has had a
+sample: neither a loop that reads all the time nor one in step with the ticks can starve it.
 """
 
 import time
@@ -16,7 +16,7 @@ from micropython import const
 
 # places; the tick reads the first and sets the second
 _HELD = const(0)  # how many hold it, one within the other
-_TURNED_AWAY = const(1)
+_TURNED_AWAY = const(1)  # a bit for each App
 
 _PATIENCE_MS = const(30)  # two periods at the lowest rate, and a little
 _LOOK_US = const(50)
@@ -25,13 +25,13 @@ _LOOK_US = const(50)
 class Bus:
     """A lock that is taken before anything is looked at. words: for the tick.
 
-    patient: whether take() lets a waiting tick go first; a callback of the scheduler must not,
-    since a soft tick waits for it.
+    hard: those of the Apps with hard ticks, by their bits. patient: whose waiting tick take() lets
+    go first; a callback of the scheduler waits for the hard ones, since a soft one waits for it.
     """
 
     def __init__(self):
         self.words = array("i", (0, 0))
-        self.patient = True
+        self.hard, self.patient = 0, -1
         self.finish = _nothing  # the driver's: waits for a burst under way
 
     @property
@@ -42,11 +42,14 @@ class Bus:
     def take(self):
         """From now on the tick leaves the bus alone."""
         words = self.words
-        if self.patient and not words[_HELD] and words[_TURNED_AWAY]:
+        whose = self.patient
+        if not words[_HELD] and words[_TURNED_AWAY] & whose:
             began = time.ticks_ms()
-            while words[_TURNED_AWAY] and time.ticks_diff(time.ticks_ms(), began) < _PATIENCE_MS:
+            while words[_TURNED_AWAY] & whose:
+                if time.ticks_diff(time.ticks_ms(), began) >= _PATIENCE_MS:
+                    break
                 time.sleep_us(_LOOK_US)
-            words[_TURNED_AWAY] = 0
+            words[_TURNED_AWAY] &= ~whose
         # A Ctrl-C is raised at jumps: from here on there is none outside the try, nor in leaving.
         words[_HELD] += 1
         kept = 0
@@ -60,9 +63,9 @@ class Bus:
         """The tick may have it again."""
         self.words[_HELD] -= 1
 
-    def forget(self):
-        """No tick waits: the loop has ended."""
-        self.words[_TURNED_AWAY] = 0
+    def forget(self, mask):
+        """This one does not wait: its loop has ended."""
+        self.words[_TURNED_AWAY] &= ~mask
 
     def __enter__(self):
         self.take()
@@ -75,6 +78,15 @@ class Bus:
 
 def _nothing():
     """finish() without a driver."""
+
+
+_next = [0]
+
+
+def mask():
+    """A bit for one more App, by which it is turned away."""
+    _next[0] += 1
+    return 1 << _next[0] % 30
 
 
 _all = {}  # type: dict  # I2C block: Bus

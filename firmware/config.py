@@ -189,7 +189,8 @@ def checked(name, value):
             from firmware import texts
 
             raise ValueError("%s = %r: %s" % (name, value, texts.allowed(row)))
-    return float(value) if isinstance(default, float) else value
+    # a number of its own: the caller's lies among what the caller leaves, and this one stays
+    return value * 1.0 if isinstance(default, float) else value
 
 
 def _unknown(name):

@@ -6,12 +6,8 @@ update(counts, dt_us) with the measured time (float, `timed`), `out`, swap(), ke
 relevel(), zero_yaw(); and for the foreground prepare() and go_on_from().
 """
 
-import gc
+from firmware.briefly import Lasting
 
-from micropython import const
-
-# bytes between collections while a filter's code is loaded: else it is strewn all over the heap
-_OFTEN = const(8192)
 _loaded = {}  # type: dict  # knob filter: (class, what it is told first)
 
 _ATTITUDE = {
@@ -65,12 +61,8 @@ def make(config, calibration, imu, rate_hz):
     values["gyro_dps"] = imu.gyro_range_dps
     values["accel_g"] = imu.accel_range_g
     if name not in _loaded:
-        before = gc.threshold()
-        gc.threshold(_OFTEN)
-        try:
+        with Lasting():
             _loaded[name] = _load(name)
-        finally:
-            gc.threshold(before)
     kind, of = _loaded[name]
     made = kind(*of, rate_hz, **values)
     made.calibrate(calibration)

@@ -76,7 +76,7 @@ class Foreground:
 
     def _turn(self, app):
         words, bus = self._words, app.bus
-        patient, bus.patient = bus.patient, False  # a soft tick cannot run while this does
+        patient, bus.patient = bus.patient, bus.hard  # a soft tick cannot run while this does
         try:
             self._work(app)
         except Exception as error:
@@ -104,7 +104,6 @@ class Foreground:
             app.tick.error = None
             raise KeyboardInterrupt
         if app.loop.dead:
-            print("the timer of the ticks has died: another one is started")
             wiring.revive(app)
         if self._words[_AGAIN]:
             app.outputs.mend()

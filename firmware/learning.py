@@ -8,7 +8,7 @@ motion is none.
 """
 
 from calibration.thermal import BiasLearner
-from calibration.watch import BIAS_LIMIT_DPS, Watch, turn_dps
+from calibration.watch import BIAS_LIMIT_DPS, Watch, near, turn_dps
 from micropython import const
 
 # how well the bias is known
@@ -32,12 +32,9 @@ _LEARNED_DPS = const(5.0)
 _SECONDS = const(8)  # for so long
 _UNSURE_US = const(16)  # a place of firmware.tick.words
 _LONG_US = const(60000000)
+_PUSHED = const(2)  # of a filter's doubts
+_LOOK_US = const(400000)  # two looks: until the next one the tilt is as uncertain as at this
 _SLOPE_MAX = const(0.7)  # deg/s per degC: twice the datasheet's (PS p. 12)
-
-
-def near(a, b, bound):
-    """Whether two vectors differ by so much at most, in each axis."""
-    return max([abs(x - y) for x, y in zip(a, b)]) <= bound
 
 
 class Learning:
@@ -71,6 +68,14 @@ class Learning:
 
     def look(self, filter, at_rest, second):
         """Some times a second; `second`: once a second."""
+        if self._watch.fresh():
+            self._look(filter, at_rest, second)
+        elif self._unsure:  # an outage shows no rest
+            self._words[_UNSURE_US] = _LONG_US
+        if filter.uncertain == _PUSHED and self._words[_UNSURE_US] < _LOOK_US:
+            self._words[_UNSURE_US] = _LOOK_US  # how long it levels after a gap the tick knows
+
+    def _look(self, filter, at_rest, second):
         counts = self._imu.counts
         if second and self._slopes and abs(counts[3] - self._raw) > self._degree:
             self._raw = counts[3]

@@ -63,8 +63,26 @@ class Loop:
         time since the last one there was."""
         self.stop()
         self.edges_missing = 0
-        self.dead = False
         self._timing.clear()
+        self._begin()
+        if self._lead_us == self.period_us:
+            self._tick.begin(None)  # the first; from then on each tick begins the next one's
+        if self._guard is not None:
+            if self._grid:  # nobody knows when edges come, and a soft one cannot come in here
+                time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
+            call = self._call(2, self._on_guard)
+            self._sources.append(self._guard(self._guard_us, call))
+
+    def revive(self):
+        """Other timers for those that have died. MemoryError: not yet, the guard ticks alone."""
+        guard = self._sources.pop()
+        try:
+            self._begin()
+        finally:
+            self._sources.append(guard)
+
+    def _begin(self):
+        """The timers of the ticks, or their edges."""
         leads, runs = self._call(0, self._tick.begin), self._call(1, self._tick.run)
         for _ in range(_TRIES):
             self._deinit()
@@ -78,13 +96,7 @@ class Loop:
             if len(self._sources) == 1 or late_us < self.period_us >> 2:
                 break  # else the heap was searched in between, and each burst would be too old
         self._timing.start(self.period_us, self._grid, time.ticks_us())
-        if self._lead_us == self.period_us:
-            self._tick.begin(None)  # the first; from then on each tick begins the next one's
-        if self._guard is not None:
-            if self._grid:  # nobody knows when edges come, and a soft one cannot come in here
-                time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
-            call = self._call(2, self._on_guard)
-            self._sources.append(self._guard(self._guard_us, call))
+        self.dead = False
 
     def _call(self, place, callback):
         return self._guards[place].over(callback) if self._guards else callback

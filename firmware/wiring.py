@@ -6,8 +6,6 @@ gap is bridged afterwards. A new filter begins where the old one stands.
 """
 
 import time
-from array import array
-from errno import ENODEV
 
 from attitude.counts import GYRO_LSB_PER_DPS
 from attitude.standing import of_angles
@@ -16,9 +14,9 @@ from micropython import const
 
 from firmware import filters, settings
 from firmware.faults.mend import Mend
-from firmware.learning import Learning, near
+from firmware.learning import Learning
 from firmware.loop import Loop
-from firmware.tick import estimate, judge
+from firmware.tick import judge
 
 _LONG_TICK_US = const(750)  # python -m tools.loop.quad prints step_max_us
 _LEAD_US = const(60)  # before a burst is needed it has to be on the bus for its time and this
@@ -26,9 +24,6 @@ _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second ea
 _CORRECT_EDGES = const(1)
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _GUARD_US = const(50000)
-_FIRST = const(30)
-_MOVED_G = const(0.02)  # a degree, and more than one sample's noise
-_LEVEL_US = const(1500000)  # after a levelling by one sample, which may have been pushed
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _NO = (0.0, 0.0, 0.0)
 
@@ -37,11 +32,8 @@ _ODD = const(0)
 _AGE_US = const(3)
 _STALE_US = const(5)
 _RING_US = const(7)
-_SURE = const(8)
 _SWAP = const(10)
-_UNCERTAIN = const(12)  # of firmware.tick.estimate
 _TICKS = const(5)  # of firmware.tick.timing
-_EVERY = const(13)
 _UNSURE_US = const(16)
 _YAW_LOST = const(17)
 _FROM_US = const(15)
@@ -49,15 +41,13 @@ _LIMIT = const(22)
 _PAUSE = const(24)
 _PATIENCE = const(27)
 _YAW_DOUBT = const(28)
-# those that begin anew with a start, besides the counts
-_FRESH = (1, 2, 3, 4, 6, 9, 10, 11, 15, 16, 17, 18, 20, 21, 23, 24, 25, 26, 28)
-_COUNT = const(30)
 
 
 def adopt_sensor(app, known):
     """The app's `imu` is there: its bus is shared from now on. known: firmware.learning's."""
     app.imu.lock = app.bus
-    app.bus.finish = app.imu.finish
+    if app.imu.split:  # it waits for a burst under way, whoever's it is
+        app.bus.finish = app.imu.finish
     app.mend = Mend(app.imu, app.board, app.bus, app.tick.words, app.other_part)
     learn(app, known)
 
@@ -102,6 +92,8 @@ def wire(app, old):
     if board.wait(split):
         app.imu.use_bus(board.i2c())
     app.tick_kind = "hard" if hard else "soft"
+    bus, mask = app.bus, app.tick.mask
+    bus.hard = bus.hard | mask if hard else bus.hard & ~mask
     rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
     readers = app.loop.readers if app.loop else []
     app.loop = Loop(
@@ -117,7 +109,8 @@ def wire(app, old):
     app.loop.readers = readers
     app.period_us = app.loop.period_us
     renew(app, old)
-    app.tick.wire(app.imu, app.bus.words, app.loop.period_us, timed, lead_us)
+    among_hard = not hard and board.has_hard(True)
+    app.tick.wire(app.imu, app.bus, app.loop.period_us, timed, lead_us, among_hard)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
 
@@ -192,64 +185,6 @@ def use(app, new):
     app.tick.words[_ODD] = 1
 
 
-def first(imu):
-    """A good sample is in the driver's counts: of each word the middle one of three, so that one
-    broken transfer is not what everything begins with. OSError when none comes."""
-    failure = None
-    bursts = []
-    for _ in range(_FIRST):
-        try:
-            imu.read()
-            if imu.plausible():
-                bursts.append(array("h", imu.counts))
-        except OSError as error:
-            failure = error
-        if len(bursts) == 3:
-            for i in range(7):
-                imu.counts[i] = sorted([burst[i] for burst in bursts])[1]
-            return
-        time.sleep_ms(1)
-    raise failure or OSError(ENODEV, "the sensor sends no data but %s" % list(imu.counts))
-
-
-def begin(app, still):
-    """One sample, levelled, so that the angles are true before the first tick. still: the Rest
-    that has been, whose means are better than one sample, or None.
-    """
-    words, tick, imu = app.tick.words, app.tick, app.imu
-    for place in _FRESH:
-        words[place] = 0
-    for place in range(_COUNT, len(words)):
-        words[place] = 0
-    words[_SURE] = words[_ODD] = 1
-    for place in range(len(tick.est)):
-        tick.est[place] = 0
-    first(imu)
-    now = time.ticks_us()
-    tick.timing.follow(now)
-    accel_g = imu.accel_g()
-    if still and not (
-        near(accel_g, still.accel_g, _MOVED_G)
-        and near(imu.gyro_dps(), still.gyro_dps, app.config.still_dps)
-    ):
-        still = None  # it has moved since
-    if app.learning.known:
-        accel_g = still.accel_g if still else accel_g
-        begin_at(app.filter, app.calibration.apply(accel_g, _NO)[0])
-        if not still:
-            app.filter.relevel()
-            words[_UNSURE_US] = _LEVEL_US
-    app.filter.update(imu.counts)
-    burst = array("H", [count & 0xFFFF for count in imu.counts])
-    judge.forget(tick.memory)
-    for place in range(7):  # a pause ahead of the first tick is bridged from here
-        tick.memory[place] = burst[place]
-    judge.judge(burst, tick.memory)  # and what is a leap from here is one
-    estimate.publish(tick.est, app.filter.out, burst, now)
-    app.learning.begin()
-    tick.est[_UNCERTAIN] = 1 if words[_UNSURE_US] else 0
-
-
 def begin_at(filter, accel_g, yaw_deg=0.0):
     """The filter stands as at a rest: the bias is that of its calibration."""
     roll, pitch = accel_tilt_deg(*accel_g)
@@ -278,7 +213,7 @@ def change(app, pace):
         settings.set_up(imu, config)
         if pace:
             app.loop.stop()
-            app.bus.forget()
+            app.bus.forget(app.tick.mask)
             wire(app, app.filter)
         else:
             renew(app, app.filter)
@@ -291,7 +226,8 @@ def change(app, pace):
 def revive(app):
     """The timer of the ticks has died: another one; what was missed is a gap like others."""
     app.tick.words[_ODD] = 1
-    app.loop.start()
+    app.loop.revive()
+    print("the timer of the ticks has died: another one is started")
 
 
 def prepare(app, **what):

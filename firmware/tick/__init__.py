@@ -56,6 +56,7 @@ _EST_DOUBT = const(16)
 _NACK = const(1)
 _TIMEOUT = const(2)
 _FROZEN = const(4)
+_JUMP = const(5)
 _SATURATED = const(6)
 _LATE = const(10)  # nothing of now: the burst is under way, or older than a pause
 _BUSY = const(11)  # the bus is taken, or what it brings is not used yet
@@ -66,7 +67,7 @@ _CLAIM_US = const(100000)  # a swing has turned back by then: a prediction is no
 _SLOW_US = const(8000)  # a transfer on a stuck bus, where the port waits for it
 _FIRST = const(2)
 _AGE_MAX_US = const(1000000000)  # a small int for ever
-_SHORT_US = const(15000)  # in an outage shorter than this no chip can have lost its settings
+_SHORT_US = const(15000)  # in a gap shorter no chip loses its settings, no push makes a leap
 _WRAP = const(0x3FFFFFFF)
 
 
@@ -75,10 +76,12 @@ class Tick:
 
     est: firmware.tick.estimate's words; words: firmware.tick.words; timing: the accounts;
     now: (update, out, filter, swap, predictable), replaced whole by use(); drive: the hard
-    outputs' function, or None; after: called softly when it is due; begin, run: for the sources.
+    outputs' function, or None; after: called softly when it is due; begin, run: for the sources;
+    mask: its bit among those that wait for the bus.
     """
 
-    def __init__(self):
+    def __init__(self, mask=1):
+        self.mask = mask
         self.est = estimate.words()
         self.words = words.make()
         self.timing = Timing()
@@ -94,29 +97,42 @@ class Tick:
         self.now = (filter.update if filter.timed else filter.step, filter.out, filter,
                     filter.swap)  # fmt: skip
 
-    def wire(self, imu, lock, period_us, timed, lead_us=0):
-        """Make begin() and run() for this driver, lock (firmware.bus), period and kind of filter.
+    def wire(self, imu, bus, period_us, timed, lead_us=0, hard=False):
+        """Make begin() and run() for this driver, firmware.bus.Bus, period and kind of filter.
 
         timed: the filter's update takes the time as well. lead_us: how long before run() begin()
         starts a burst, 0: not at all, a whole period: run() does. One older than that and half a
-        period is not of now.
+        period is not of now. hard: others are, and come in between this soft one.
         """
+        lock, start = bus.words, imu.start
         self.words[_LATE_US] = late_us = period_us + (period_us >> 1)
         imu.expire(lead_us + (period_us >> 1) if lead_us else 1 << 29)
         self.drive = self.drive or _nothing
-        burst = _burst(imu, lead_us, period_us)
+        burst = _burst(imu, bus, lead_us, period_us)
+        if hard:
+            from firmware.tick.holding import wire
+
+            start, poll = wire(lock, start, burst[0])
+            burst = (poll,) + burst[1:]
         self._lost = self._make_lost()
-        self._odd = self._make_odd(imu, lock, burst, period_us, timed, late_us)
+        self._odd = self._make_odd(imu, lock, start, burst, period_us, timed, late_us)
         self.step = self._make_step(imu, lock, burst, timed)
         self.run = self._make_run()
-        self.begin = self._make_begin(imu.start, lock)
+        self.begin = self._make_begin(start, lock)
 
     def _make_begin(self, start, lock):
         @micropython.native
-        def begin(_source, timing=self.timing.words, lock=lock, start=start, words=self.words):
+        def begin(
+            _source,
+            timing=self.timing.words,
+            lock=lock,
+            mask=self.mask,
+            start=start,
+            words=self.words,
+        ):
             if timing[_RUNNING]:
                 if lock[0]:
-                    lock[1] = 1  # the next holder lets a tick go first
+                    lock[1] |= mask  # the next holder lets it go first
                     return
                 try:
                     start()
@@ -185,6 +201,7 @@ class Tick:
             tick=self,
             own=self.words,
             lock=lock,
+            mask=self.mask,
             timed=timed,
             poll=poll,
             first=first,
@@ -213,7 +230,7 @@ class Tick:
                         else:
                             use[0](counts)
                         publish(est, use[1], memory, now)
-                elif lock[1] and not fresh:
+                elif lock[1] & mask and not fresh:
                     fresh = tick._lost(_BUSY, dt_us, now)  # the burst could not begin
                 else:
                     fresh = tick._lost(cause_of(fresh), dt_us, now)
@@ -271,7 +288,7 @@ class Tick:
 
         return lost
 
-    def _make_odd(self, imu, lock, burst, period_us, timed, late_us):
+    def _make_odd(self, imu, lock, start, burst, period_us, timed, late_us):
         poll, first, second, rest = burst
 
         @micropython.native
@@ -281,6 +298,8 @@ class Tick:
             tick=self,
             words=self.words,
             lock=lock,
+            mask=self.mask,
+            start=start,
             late_us=late_us,
             period_us=period_us,
             timed=timed,
@@ -315,11 +334,15 @@ class Tick:
             if not words[_AGE_US]:
                 tick.gap.open(use[2], memory)
             if lock[0]:
-                lock[1] = 1
+                lock[1] |= mask
                 return tick._lost(_BUSY, dt_us, now)
-            turned_away = lock[1]
-            lock[1] = 0
+            turned_away = lock[1] & mask
             cause = poll(first, second, rest)
+            if not cause and words[_AGE_US] > _SHORT_US:  # something in step holds each up
+                start()
+                cause = poll(first, second, rest)
+            if cause and turned_away:  # else there was no burst yet, and it still goes first
+                lock[1] ^= mask
             if cause != 1:
                 cause = _BUSY if turned_away and not cause else cause_of(cause)
                 return tick._lost(cause, dt_us, now)
@@ -331,6 +354,8 @@ class Tick:
             cause = judge.judge(counts, memory)
             gap_us = words[_AGE_US] + dt_us
             if cause:
+                if cause == _JUMP and gap_us - period_us > _SHORT_US:
+                    cause = _LATE  # it may have turned meanwhile: the next one tells, no fault
                 return tick._lost(cause, dt_us, now)
             if not words[_SURE]:
                 if words[_AGE_US] > _SHORT_US:
@@ -338,10 +363,11 @@ class Tick:
                     words[_DUE] = 0
                     return tick._lost(_BUSY, dt_us, now)
                 words[_SURE] = 1
+            left_us = gap_us
             if gap_us > late_us:
-                tick.gap.close(use[2], counts, gap_us, period_us)
+                left_us = tick.gap.close(use[2], counts, gap_us, period_us)
             if timed:
-                use[0](counts, min(gap_us, 250000))
+                use[0](counts, min(left_us, 250000))
             else:
                 use[0](counts)
             words[_AGE_US] = words[_IN_ROW] = 0
@@ -376,13 +402,15 @@ class Tick:
                 words[_WAITING] = 0
 
 
-def _burst(imu, lead_us, period_us):
+def _burst(imu, bus, lead_us, period_us):
     """What brings a burst: a function and its three arguments, as a driver's `burst`."""
     if lead_us == period_us:
         return _polls_and_starts, imu.poll, imu.start, None
     if lead_us and imu.burst:
         return imu.burst
-    return polled, imu.poll if lead_us else imu.fetch, None, None
+    if lead_us:
+        return polled, imu.poll, None, None
+    return polled, imu.fetch, None if imu.split else bus, None
 
 
 @micropython.native
@@ -394,8 +422,11 @@ def _polls_and_starts(poll, start, rest):
 
 
 @micropython.native
-def polled(poll, second, rest):
-    """The burst of a driver without a cheaper way to it."""
+def polled(poll, bus, rest):
+    """The burst of a driver without a cheaper way to it; with a bus after that of another sensor
+    on the same wires, of which this driver knows nothing."""
+    if bus:
+        bus.finish()
     return poll()
 
 

@@ -154,14 +154,18 @@ class Gap:
 
     @micropython.native
     def close(self, filter, counts, gap_us, period_us):
-        """A good sample gap_us after the last one; the caller updates with it afterwards."""
-        missing_us = gap_us - self._words[_FROM_US] - period_us
+        """A good sample gap_us after the last one; the caller updates with it afterwards, for the
+        time that is returned."""
+        left_us = gap_us - self._words[_FROM_US]
+        missing_us = left_us - period_us
         if missing_us > period_us >> 1 and gap_us <= _YAW_US:
             filter.turn(self._held, counts, missing_us)
+            left_us = period_us
         if self._rates[_OVER] and gap_us < _YAW_US:  # how much faster it turned, who knows
             self._rates[_OVER] = filter.gyro_dps * (gap_us // 1000)
         if gap_us > _PREDICT_US or self._rates[_OVER] > _LOST_MDEG:
             filter.relevel()
+        return left_us
 
     @micropython.native
     def closed(self, filter, gap_us):

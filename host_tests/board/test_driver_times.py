@@ -26,7 +26,7 @@ def test_all_ways_to_fetch_agree_in_one_transaction_each(board):
 way = []
 imu.read(); way.append(list(imu.counts))
 for i in range(7): imu.counts[i] = 0
-imu.start(); time.sleep_ms(2); arrived = imu.collect(); way.append(list(imu.counts))
+imu.start(); time.sleep_ms(3); arrived = imu.collect(); way.append(list(imu.counts))
 plain = bytearray(14); i2c.readfrom_mem_into(0x68, 0x3B, plain)
 way.append([int.from_bytes(plain[i:i + 2], 'big') for i in range(0, 14, 2)])
 way[2] = [w - 65536 if w > 32767 else w for w in way[2]]
@@ -68,7 +68,7 @@ def split():
 def check():
     imu.check()
     imu.plausible()
-used = bytes_of(imu.read), bytes_of(split), bytes_of(check)
+used, locked = (bytes_of(imu.read), bytes_of(split), bytes_of(check)), None
 import micropython
 micropython.heap_lock()
 try:
@@ -83,7 +83,7 @@ def test_blocking_calls_and_a_burst_under_way(board):
     code = """
 imu.start(); imu.start(); imu.check(); first = imu.collect()
 imu.start(); imu.read(); second = imu.collect()
-third = imu.collect(); time.sleep_ms(2); fourth = imu.collect()
+third = imu.collect(); time.sleep_ms(3); fourth = imu.collect()
 imu.start(); imu.set_range(gyro_dps=1000); fifth = imu.collect()
 imu.set_range(gyro_dps=500)
 """
@@ -97,7 +97,7 @@ def errno_of(function):
         return function()
     except OSError as error:
         return -error.args[0]
-imu.start(); time.sleep_ms(2)
+imu.start(); time.sleep_ms(3)
 errors = [errno_of(imu.collect), %s]
 """
 
@@ -115,12 +115,12 @@ def _during(board, fault, code, last, ms=40):
 
 def test_a_nack_is_eio(board):
     assert _during(board, "nack", FAIL % "errno_of(imu.read)", "errors") == [-5, -5]
-    assert value(board, "imu.start(); time.sleep_ms(2)", "imu.collect()")
+    assert value(board, "imu.start(); time.sleep_ms(3)", "imu.collect()")
 
 
 def test_a_stuck_bus_is_etimedout(board):
     assert _during(board, "timeout", FAIL % "", "errors") == [-110]
-    assert value(board, "imu.read(); imu.start(); time.sleep_ms(2)", "imu.collect()")
+    assert value(board, "imu.read(); imu.start(); time.sleep_ms(3)", "imu.collect()")
 
 
 def test_construction_names_what_is_wrong(board):

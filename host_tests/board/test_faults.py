@@ -44,23 +44,37 @@ class Swings:
         return self._swing.truth(max(0.0, t - self.since_s))
 
 
+APP = """
+import time
+from firmware.app import App
+app = App()
+app.config.set('rest_s', 0.1)
+def tell():
+    time.sleep_ms(8)
+    age, stale, fresh = app.age_us, app.stale, app.fresh
+    print((app.stats(), stale, fresh, age))
+app.start()
+"""
+
+
 @pytest.fixture(scope="module")
 def board(micropython):
     """The app at 250 Hz, its sensor at rest until it runs."""
     motion = Swings()
     bus = Bus(MPU6050Chip(motion, seed=1))
     with VirtualPico(bus=bus, root=True, main=False, micropython=micropython) as pico:
-        pico.exec(
-            "from firmware.app import App\napp = App()\napp.config.set('rest_s', 0.1)\napp.start()"
-        )
+        pico.exec(APP, 30)
         motion.since_s = pico.nanos / 1e9
         pico.run_ms(400)
         yield pico
 
 
 def asked(pico):
-    """(stats, stale, fresh) of the app now."""
-    return ast.literal_eval(pico.exec("print((app.stats(), app.stale, app.fresh))"))
+    """(stats, stale, fresh) of the app two periods after the question is compiled; the age is from
+    before the stats are made. Compiling and a collection among the stats hold up soft ticks."""
+    stats, stale, fresh, age_us = ast.literal_eval(pico.exec("tell()"))
+    stats["age_ms"] = age_us // 1000
+    return stats, stale, fresh
 
 
 def roll_error_deg(pico):
@@ -91,7 +105,7 @@ def test_is_counted_and_recovered_in_time(board, name, parameters, for_s, counte
     before = asked(board)[0]
     fault = make(name, at_s=board.nanos / 1e9 + 0.005, for_s=for_s or 0.5, seed=1, **parameters)
     board.bus.faults[:] = [fault]
-    board.run_ms(5 + 1000 * (for_s or 0.0) + allowed_ms)
+    board.run_ms(5 + 1000 * (for_s or 0.0) + allowed_ms - 4)  # and 4 more until it answers
     error_deg = roll_error_deg(board)
     stats, stale, fresh = asked(board)
     if for_s is None:
@@ -119,6 +133,7 @@ def test_the_loop_held_its_period_through_all_of_it(board):
     if stats["tick"] == "hard":
         assert stats["lost"] == 0
     else:  # reports through the REPL and collections cost ticks, faults hardly any
+        print(f"lost {stats['lost']} of {stats['ticks']} ticks")
         assert stats["lost"] < 0.1 * stats["ticks"]
 
 
@@ -151,11 +166,12 @@ def test_a_full_heap_stops_neither_the_loop_nor_the_way_out_of_a_fault(board):
     told, _, last = board.exec(FILL, timeout_s=60).partition("::")
     free, during, error = ast.literal_eval(last.strip())
     board.bus.faults.clear()
+    board.exec("import gc\ngc.collect()")  # what it held; later it would meet the question
     board.run_ms(100)
     after, stale, fresh = asked(board)
     print("full heap:", free, "bytes free,", during["errors"], "errors in the foreground")
     assert free < 1000
-    assert during["nack"] > before["nack"] + 10
+    assert during["nack"] > before.get("nack", 0) + 10
     assert during["running"] and during["stale"]
     if during["tick"] == "hard":
         assert error == "None" and during["lost"] == before["lost"]

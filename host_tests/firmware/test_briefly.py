@@ -61,3 +61,32 @@ def test_a_module_that_fails_while_it_is_loaded_is_forgotten_too(tmp_path, monke
         with pytest.raises(ZeroDivisionError), Briefly("briefly_house.bad"):
             import briefly_house.bad  # noqa: F401
         assert "briefly_house.bad" not in sys.modules
+
+
+@boards
+def test_collections_are_frequent_only_while_what_stays_is_loaded(board, tmp_path, monkeypatch):
+    with Rig(board, Still(), tmp_path) as rig:
+        app, asked = rig.app, []
+        app.start()
+        rig.port.run_ms(100)
+        from firmware import briefly
+
+        class Collector:
+            now = 12340  # somebody's own
+
+            @classmethod
+            def threshold(cls, *amount):
+                if not amount:
+                    return cls.now
+                cls.now = amount[0]
+                asked.append(cls.now)
+
+        monkeypatch.setattr(briefly, "gc", Collector)
+        verbs = app.stats, lambda: app.stream, lambda: app.set("filter", "kalman2")
+        for verb in verbs:
+            for first in (True, False):
+                asked.clear()
+                verb()
+                often = first and (board == "hard" or verb is verbs[2])  # soft ticks would wait
+                assert (min(asked, default=0) == 8192) is often
+                assert Collector.now == 12340

@@ -27,6 +27,16 @@ def test_every_knob_has_a_sound_default_a_unit_and_a_text(port):
         assert choices or low < high
 
 
+def test_a_number_is_the_knobs_own_so_that_none_stays_among_its_callers_garbage(port):
+    from firmware import config
+
+    for knob in config.KNOBS:
+        if isinstance(knob.default, float):
+            for value in (knob.low, knob.high):
+                kept = config.checked(knob.name, value)
+                assert kept == value and kept is not value and type(kept) is float
+
+
 @pytest.mark.parametrize(
     "name, value, allowed",
     [

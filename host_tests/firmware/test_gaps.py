@@ -10,6 +10,8 @@ from math import asin, atan2, cos, degrees, radians, sin
 
 import pytest
 
+from firmware.faults.policy import POLICY
+from firmware.filters import SETTINGS
 from tools.virtual.bus import Bus
 from tools.virtual.chip import MPU6050Chip
 from tools.virtual.faults import make
@@ -109,6 +111,83 @@ def test_a_pause_at_any_phase_never_makes_a_claimed_wrong_angle(
         rig.app.zero_yaw()
         rig.port.run_ms(2000)
         assert rig.claimed and rig.roll_error() < 1.0
+
+
+NO_YAW = ("kalman2", "float.kalman", "float.complementary")
+FAST = Sequence((Still(roll_deg=-40.0), 1.0), (Sinusoid(40.0, 0.7, "roll", phase_deg=-90), 1e9))
+
+
+@pytest.mark.parametrize("masked", [False, True], ids=["held", "masked"])
+@pytest.mark.parametrize("gyro_dps, accel_g", [(250, 2), (500, 8), (2000, 2)])
+@pytest.mark.parametrize("rate_hz", [80, 250, 1000])
+@pytest.mark.parametrize("board", BOARDS)
+def test_what_was_turned_in_a_pause_is_no_fault(
+    board, rate_hz, gyro_dps, accel_g, masked, tmp_path
+):
+    """Up to 352 dps of difference, and 2 x sin(40 deg) g: far more than a leap in a period."""
+    knobs = {"rate_hz": rate_hz, "gyro_dps": gyro_dps, "accel_g": accel_g, "rest_s": 0.1}
+    with Rig(board, FAST, tmp_path, **knobs) as rig:
+        rig.app.start()
+        rig.until(1.5)
+        told = set()
+        for pause_ms in range(40, 1100, 53):
+            if masked:
+                rig.port.clock.masked(round(pause_ms * 1e6))
+            else:
+                with rig.app.bus:
+                    rig.port.run_ms(pause_ms)
+            rig.port.run_ms(5 * 1000 / rate_hz)
+            assert not rig.app.stale
+            stats = rig.app.stats()
+            told |= {row.cause for row in POLICY[1:] if stats.get(row.cause)}
+        assert told == set()
+
+
+@pytest.mark.parametrize("missing", [1, 3, 10, 40])
+@pytest.mark.parametrize("kind", SETTINGS)
+@pytest.mark.parametrize("board", BOARDS)
+def test_every_filter_turns_once_by_what_was_turned_in_gaps(board, kind, missing, tmp_path):
+    """So many ticks in a row find the bus taken, over and over, in three seconds of a swing and
+    of a turn."""
+    for motion, begins_s in ((SWING, 1.0), (Turn(120.0), 5.5)):
+        with Rig(board, motion, tmp_path, rest_s=0.1, filter=kind) as rig:
+            rig.app.start()
+            rig.until(begins_s)
+            before = rig.yaw_error()
+            for _ in range(round(3000 / (4 * missing + 8))):
+                with rig.app.bus:
+                    rig.port.run_ms(4 * missing)
+                rig.port.run_ms(8.5)
+                assert rig.roll_error() < 1.5
+                turned = (rig.yaw_error() - before + 180) % 360 - 180
+                assert kind in NO_YAW or abs(turned) < 2
+            assert rig.app.stats()["busy"] > 3000 / (4 * missing + 8) * missing * 0.9
+
+
+@pytest.mark.parametrize("rate_hz", [250, 500, 1000])
+@pytest.mark.parametrize("drive, burst", [("timer", "auto"), ("timer", "blocking"),
+                                          ("data-ready", "auto")])  # fmt: skip
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_loop_in_step_with_the_ticks_starves_nobody(board, drive, burst, rate_hz, tmp_path):
+    """Another device is talked to once in two, three or four periods, always at the same phase."""
+    knobs = {"rate_hz": rate_hz, "drive": drive, "burst": burst, "rest_s": 0.1}
+    if drive == "data-ready":
+        knobs["sensor_hz"] = rate_hz
+    with Rig(board, Still(10.0), tmp_path, **knobs) as rig:
+        rig.app.start()
+        rig.port.run_ms(500)
+        period_ns = rig.app.period_us * 1000
+        for periods in (1, 2, 3, 4):
+            for held in (0.2, 0.5, 0.8, periods - 0.3):
+                for phase in range(8):
+                    rig.port.run_ms(period_ns / 8e6)
+                    for _ in range(round(150e6 / period_ns / periods)):
+                        began_ns = rig.port.now_ns
+                        with rig.app.bus:
+                            rig.port.clock.hold(round(held * period_ns))
+                        left_ns = began_ns + periods * period_ns - rig.port.now_ns
+                        rig.port.run_ms(max(0, left_ns) / 1e6)
+                        assert not rig.app.stale, (periods, held, phase)
 
 
 @pytest.mark.parametrize("dlpf_hz", [44, 260])

@@ -279,6 +279,37 @@ def test_it_is_certain_after_the_first_rest(rig):
     assert off(app.learning.cal.gyro_bias_dps, (6.0, -5.0, 4.0)) < 0.05
 
 
+class Pushed(Still):
+    """At rest for three seconds, then pushed along y by up to so many g."""
+
+    def __init__(self, g, hz, until_s):
+        super().__init__()
+        self.g, self.hz, self.until_s = g, hz, until_s
+
+    def at(self, t_s):
+        rates = list(super().at(t_s))
+        if 3.0 < t_s < self.until_s:
+            rates[1] += self.g * math.sin(2 * math.pi * self.hz * (t_s - 3.0))
+        return tuple(rates)
+
+
+@pytest.mark.parametrize("platform, name", [
+    ("rp2", "attitude"), ("esp32", "attitude"), ("rp2", "float.attitude"),
+])  # fmt: skip
+@pytest.mark.parametrize("g, hz, until_s", [(0.3, 0.03, 36.3), (1.0, 0.1, 23.0)])
+def test_what_the_filter_doubts_in_flight_is_not_claimed(rig, platform, name, g, hz, until_s):
+    port, app = rig(Pushed(g, hz, until_s), platform=platform, filter=name)
+    until(port, 2.9)
+    assert not app.filter.uncertain and not app.uncertain
+    doubted = in_row = 0
+    while port.now_ns < 60e9:
+        port.run_ms(100)
+        in_row = in_row + 1 if app.filter.uncertain == 2 else 0
+        doubted += in_row > 0
+        assert app.uncertain or in_row < 4
+    assert doubted and not app.filter.uncertain and not app.uncertain  # and it is claimed again
+
+
 # ---- what stop() stores
 
 

@@ -7,6 +7,8 @@ from itertools import pairwise
 
 import pytest
 
+from host_tests.firmware.test_gaps import BOARDS, Rig
+from tools.virtual.motion import Still
 from tools.virtual.port import Port
 
 WRAP = 1 << 30  # ticks_us on a 32-bit MicroPython
@@ -383,3 +385,42 @@ def test_a_tick_that_comes_while_the_age_is_asked_makes_no_good_sample_old(port,
     now[0] += 990
     asked[0] = 0
     assert loop.age_us() == (3990 if lost else 990 if asked[0] < read else 0)
+
+
+@pytest.mark.parametrize("never", [True, False], ids=["no timer", "one of two"])
+@pytest.mark.parametrize("burst", ["auto", "blocking"])
+@pytest.mark.parametrize("board", BOARDS)
+def test_timers_that_died_in_a_full_heap_come_again_when_there_is_memory(
+    board, burst, never, tmp_path, capsys
+):
+    """Till then the guard ticks alone: few samples, each waited for, and never stale."""
+    with Rig(board, Still(10.0), tmp_path, rest_s=0.1, burst=burst) as rig:
+        app = rig.app
+        app.start()
+        rig.port.run_ms(2000)
+        make, tries = app.loop._source, []
+
+        def full(period_us, callback):
+            tries.append(period_us)
+            if len(tries) < 9 and (never or len(tries) % 3):
+                raise MemoryError
+            return make(period_us, callback)
+
+        app.loop._source = full
+        for source in app.loop._sources[:-1]:
+            source.deinit()
+        for _ in range(150):
+            rig.port.run_ms(1)
+            assert not app.stale
+        assert 2 <= len(tries) < 9 and app.running
+        rig.port.run_ms(2500)
+        assert app.running and not app.loop.dead and rig.claimed
+        ticks = app.stats()["ticks"]
+        rig.port.run_ms(200)
+        assert app.stats()["ticks"] - ticks >= 49
+        assert type(app.foreground.error) is MemoryError
+        app.foreground.error = None  # as expected
+        printed = capsys.readouterr().out
+        assert printed.count("another one is started") == 1
+        assert abs(app.roll_deg - 10.0) < 0.5
+        app.stop()

@@ -2,9 +2,11 @@
 """A start as tolerant as the flight: late, noisy, garbled, asleep; and refusals that say why."""
 
 import random
+import sys
 
 import pytest
 
+from firmware.filters import SETTINGS
 from tools import starts
 from tools.starts.__main__ import figures_at_rest
 from tools.virtual import Bus, MPU6050Chip, Port
@@ -306,3 +308,31 @@ def test_a_sensor_unplugged_meanwhile_is_refused_with_words(board, platform):
     bus.devices.append(chip)
     app.start()
     runs_at_rest(port, app)
+
+
+# ---- from the first sample on
+
+
+@both
+@pytest.mark.parametrize("kind", SETTINGS)
+def test_nothing_is_loaded_between_the_first_sample_and_its_use(
+    board, platform, kind, monkeypatch
+):
+    """A library that is compiled on the board takes a tenth of a second: it would be stale."""
+    port, _, app = board(platform, MPU6050Chip(seed=3))
+    from mpu6050 import MPU6050
+
+    app.config.set("filter", kind)
+    plausible, there = MPU6050.plausible, []
+
+    def looked_at(imu):
+        there.append(set(sys.modules))
+        return plausible(imu)
+
+    monkeypatch.setattr(MPU6050, "plausible", looked_at)
+    app.start()
+    for name in [name for name in sys.modules if name.startswith("attitude")]:
+        monkeypatch.delitem(sys.modules, name)
+    app.start()
+    port.run_ms(50)
+    assert set(sys.modules) - there[-1] == set()

@@ -58,9 +58,9 @@ def chips(kind, motion, **settings):
 
 
 @contextmanager
-def sensor(kind, motion=None, platform="rp2", **settings):
-    """(port, chips, driver) of a sensor without noise, running."""
-    devices = chips(kind, motion or Feel(), noise=False)
+def sensor(kind, motion=None, platform="rp2", noise=False, **settings):
+    """(port, chips, driver) of a sensor, running."""
+    devices = chips(kind, motion or Feel(), noise=noise)
     sda, scl = SDA_SCL[platform]
     with Port(platform, {0: Bus(*devices)}, wiring={0: (sda, scl)}) as port:
         import machine
@@ -330,7 +330,8 @@ def test_it_can_be_calibrated(kind):
     from calibration.poses import Poses
     from calibration.rest import gyro_bias
 
-    with sensor(kind, Feel((0.0, 0.0, 1.0), (1.0, -2.0, 3.0))) as (_, _, imu):
+    motion = Feel((0.0, 0.0, 1.0), (1.0, -2.0, 3.0))
+    with sensor(kind, motion, noise=True) as (_, _, imu):  # without it, the data stand still
         cal = gyro_bias(imu, seconds=0.2)
         assert cal.gyro_bias_dps == pytest.approx((1, -2, 3), abs=0.04)
         assert cal.temp_c == pytest.approx(imu.temp_c(), abs=0.1)

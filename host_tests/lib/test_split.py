@@ -108,13 +108,17 @@ def test_a_burst_too_old_to_be_taken_makes_room_for_the_next():
         imu.start()
         r.wait_ms(5)
         imu.start()
-        assert imu.poll() == 0  # the new one, which is under way
-        r.wait_ms(1)
-        assert imu.poll() == 1
+        assert imu.poll() == 1  # the new one, waited for since the one before came too late
         imu.start()
         r.wait_ms(5)
         assert imu.poll() == 0
-        assert imu.poll() == 0
+        assert imu.poll() == 0  # not begun
+        imu.start()
+        assert imu.poll() == 1
+        imu.start()
+        assert imu.poll() == 0  # the one before was in time: not waited for
+        r.wait_ms(1)
+        assert imu.poll() == 1
 
 
 def test_the_burst_is_one_instant():

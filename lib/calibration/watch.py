@@ -18,6 +18,11 @@ _TURN_DPS = const(0.75)  # slower about a level axis nobody sees in half a secon
 _TEMP = const(3)
 
 
+def near(a, b, bound):
+    """Whether two vectors differ by so much at most, in each axis."""
+    return max([abs(x - y) for x, y in zip(a, b)]) <= bound
+
+
 def turn_dps(still, bias_dps, bound_dps):
     """Whether a Rest that is no bias as known was a turn: its rate about the vertical, or 0.0.
 
@@ -35,7 +40,8 @@ class Watch:
     """After `looks` looks at a sensor that stands still, rest() has their means.
 
     gyro_limit_dps: how far a rate may be from that of the first look. Two samples a second or
-    more apart say nothing of what shakes in between, many of them do. Allocates in rest() only.
+    more apart say nothing of what shakes in between, many of them do. Each look wants a sample of
+    its own: ask fresh() first. Allocates in rest() only.
     """
 
     def __init__(self, imu, looks, gyro_limit_dps):
@@ -44,6 +50,7 @@ class Watch:
         self._looks = looks
         self._gyro_limit_dps = gyro_limit_dps
         self._first = array("h", [0] * 7)
+        self._last = array("h", [0] * 7)
         self._half = array("i", [0] * 7)
         self._sums = array("i", [0] * 7)
         self._n = 0
@@ -53,6 +60,18 @@ class Watch:
         self._n = 0
 
     # native: as bytecode their frames would be heap blocks
+    @micropython.native
+    def fresh(self):
+        """Whether another sample is there than at the last call: in an outage the last good one
+        stays, and what it says, motion or rest, says nothing of now."""
+        last, counts = self._last, self._counts
+        other = False
+        for i in range(7):
+            if last[i] != counts[i]:
+                last[i] = counts[i]
+                other = True
+        return other
+
     @micropython.native
     def look(self):
         """One look: 1 when rest() is due, 0 while it stands still, -1 when it has moved."""

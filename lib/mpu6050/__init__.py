@@ -185,6 +185,8 @@ class MPU6050(Registers):
     @micropython.native
     def fetch(self):
         """read() for a tick, which may not raise: 1, or -errno. Takes no lock."""
+        if self._busy[0]:
+            self._split.finish()  # of another sensor on the same wires
         try:
             self.bus.readfrom_mem_into(self.address, _ACCEL_XOUT_H, self._burst)
         except OSError as error:
@@ -203,6 +205,7 @@ class MPU6050(Registers):
         if self._split:
             self._split.expire(age_us)
 
+    @micropython.native
     def finish(self):
         """Wait for a burst under way, still to be collected: then others may use the bus."""
         if self._busy[0]:

@@ -57,7 +57,7 @@ def _no_answer(device, code):
         )
     address = device.address
     other = 0x69 if address == 0x68 else 0x68
-    found = _scan(device.bus)
+    found = _scan(device)
     if other in found or _who(device, other) is not None:
         return _other(other)
     if found:
@@ -106,7 +106,7 @@ def _is_clock(device):
     """Whether its first seven registers hold a time and a date, digit by digit."""
     now = bytearray(7)
     try:
-        device.bus.readfrom_mem_into(device.address, 0, now)
+        _alone(device, device.bus.readfrom_mem_into, device.address, 0, now)
     except OSError:
         return False
     now[0] &= 0x7F  # stopped
@@ -122,14 +122,22 @@ def _is_clock(device):
 def _who(device, address):
     byte = bytearray(1)
     try:
-        device.bus.readfrom_mem_into(address, _WHO_AM_I, byte)
+        _alone(device, device.bus.readfrom_mem_into, address, _WHO_AM_I, byte)
         return byte[0]
     except OSError:
         return None
 
 
-def _scan(i2c):
+def _scan(device):
     try:
-        return i2c.scan()
+        return _alone(device, device.bus.scan)
     except (OSError, AttributeError):  # AttributeError: not every bus object can scan
         return []
+
+
+def _alone(device, transfer, *arguments):
+    """The bus may be shared with what ticks."""
+    if not device.lock:
+        return transfer(*arguments)
+    with device.lock:
+        return transfer(*arguments)

@@ -37,11 +37,13 @@ _TIMER = const(2)
 _STARTED_US = const(3)
 _LIMIT_US = const(4)
 # words of one sensor: address; what finish() left: 0 nothing, 1 a sample, -errno a failure; when
-# its last burst began; how old a burst may be when it is taken
+# its last burst began; how old a burst may be when it is taken; not 0: another's was ahead, or
+# its own last one came too late
 _ADDRESS = const(0)
 _LEFT = const(1)
 _BEGAN_US = const(2)
 _EXPIRE_US = const(3)
+_HELD_UP = const(4)
 _NEVER_US = const(1 << 29)
 
 _blocks = {}  # type: dict  # block address: (shared words, {sensor address: Split})
@@ -78,12 +80,16 @@ def take(own, busy, counts) -> int:
     if shared[_BUSY] != words[_ADDRESS]:
         left = words[_LEFT]
         words[_LEFT] = 0
-        if old and left > 0:
-            return 0
+        if left > 0:
+            words[_HELD_UP] = int(old)
+            if old:
+                return 0
         return left
     bus = ptr32(shared[_BLOCK])
     if bus[_IC_RXFLR] != 14:
-        return int(_unready(busy))
+        left = int(_unready(own, busy))
+        if left <= 0:
+            return left
     c = ptr8(counts)
     c[1] = bus[_IC_DATA_CMD] & 0xFF  # FIRST_DATA_BYTE [11] comes with this one
     c[0] = bus[_IC_DATA_CMD]
@@ -100,20 +106,34 @@ def take(own, busy, counts) -> int:
     c[13] = bus[_IC_DATA_CMD]
     c[12] = bus[_IC_DATA_CMD]
     shared[_BUSY] = 0
+    words[_HELD_UP] = int(old)
     if old:
         return 0
     return 1
 
 
 @micropython.viper
-def _unready(busy) -> int:
+def _unready(own, busy) -> int:
+    """take() of a burst that has not arrived. Two Apps tick at the same distance for ever: where
+    one's begins a little ahead of the other's, that one is late each time, and is waited for. So
+    is one after one that came too late: a program in step with the ticks may hold up each.
+    """
+    words = ptr32(own)
     shared = ptr32(busy)
     bus = ptr32(shared[_BLOCK])
+    timer = ptr32(shared[_TIMER])
+    limit = shared[_LIMIT_US]
+    if words[_HELD_UP]:
+        limit >>= 1  # what a burst takes, and 250 us
+        while ((timer[0] & _WRAP) - shared[_STARTED_US]) & _WRAP < limit:
+            if bus[_IC_RXFLR] == 14:
+                return 1
+            if bus[_IC_TX_ABRT_SOURCE]:
+                limit = 0
     error = 0
     if bus[_IC_TX_ABRT_SOURCE]:
         error = _EIO
     else:
-        timer = ptr32(shared[_TIMER])
         if ((timer[0] & _WRAP) - shared[_STARTED_US]) & _WRAP > shared[_LIMIT_US]:
             error = _ETIMEDOUT
             bus[_IC_ENABLE] = 3  # abort: STOP after the byte in hand, if the wires allow
@@ -134,7 +154,7 @@ class Split:
     """
 
     def __init__(self, i2c, address, counts):
-        self._own = array("i", (address, 0, 0, _NEVER_US))
+        self._own = array("i", (address, 0, 0, _NEVER_US, 0))
         self._counts = counts
         self.use_bus(i2c)
 
@@ -143,6 +163,8 @@ class Split:
         self.busy, self._users = _shared(i2c)
         self.burst = take, self._own, self.busy, self._counts
         self._users[self._own[_ADDRESS]] = self
+        for user in self._users.values():
+            user._own[_LEFT] = 0  # how it failed on the wires that were freed
 
     def expire(self, age_us):
         """A burst begun longer ago than this is not of now: poll() drops it."""
@@ -150,21 +172,26 @@ class Split:
 
     @micropython.viper
     def start(self):
-        """Queue the burst and return. While one is under way the call does nothing; one that has
-        arrived and is too old to be taken is dropped for it.
+        """Queue the burst and return. While one is under way the call does nothing, nor while
+        poll() has still to tell how the last one failed; one that has arrived and is too old to be
+        taken is dropped for it.
         """
         own = ptr32(self._own)
         shared = ptr32(self.busy)
         bus = ptr32(shared[_BLOCK])
         timer = ptr32(shared[_TIMER])
-        if shared[_BUSY]:
-            if shared[_BUSY] != own[_ADDRESS]:
-                self.finish()
-            elif (
+        if own[_LEFT] < 0:
+            return
+        held = shared[_BUSY]
+        if held == own[_ADDRESS]:
+            if (
                 bus[_IC_RXFLR] != 14
                 or ((timer[0] & _WRAP) - own[_BEGAN_US] & _WRAP) <= own[_EXPIRE_US]
             ):
                 return
+        elif held:
+            self.finish()
+        own[_HELD_UP] |= held | own[_LEFT]  # what is left there was never taken
         own[_LEFT] = 0
         shared[_BUSY] = own[_ADDRESS]
         shared[_STARTED_US] = timer[0] & _WRAP

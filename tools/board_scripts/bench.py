@@ -252,7 +252,7 @@ def app_steps(app):
             tick.timing.follow(time.ticks_us())  # after a long gap it would level anew
             row("app.run", tick.run, None, before)
         checked, judge.judge = judge.judge, trusting
-        tick.wire(app.imu, app.bus.words, app.period_us, False, 450 if burst == "split" else 0)
+        tick.wire(app.imu, app.bus, app.period_us, False, 450 if burst == "split" else 0)
         row("app." + burst + ".unchecked", tick.step, 2000, before, second=1000)
         judge.judge = checked
         tick.after = app.foreground.after

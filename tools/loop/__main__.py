@@ -6,9 +6,9 @@
 The app runs on the emulated RP2040 with the real MicroPython, at 250, 500 and 1000 Hz, while the
 foreground is idle, allocates, collects, answers the REPL, or allocates while the bus has faults.
 From 1.26 on the tick is a hard interrupt, which has to keep the bars below; before, it is a soft
-callback, whose figures are what they are, over a fifth of the ticks. Emulated code is some 40
-times slower than the chip: the whole takes half an hour on two cores. --upsets 10 plays, in place
-of the loads, ten emulated seconds of all that people do beside a loop, in any order.
+callback, whose figures are what they are, over a fifth of the ticks. Emulated code is slower than
+the chip, so the whole takes long. --upsets 10 plays, in place of the loads, ten emulated seconds
+of all that people do beside a loop, in any order.
 """
 
 import argparse
