@@ -197,8 +197,20 @@ def test_without_a_mirror_the_error_says_what_to_do(tmp_path):
 
 def test_an_emulator_built_for_this_python_and_a_wheel_for_all_are_told_apart():
     own = f"_simulator.{sys.implementation.cache_tag}-x86_64-linux-gnu.so"
-    assert build.fitting(["rp2040py/native/" + own, "rp2040py/__init__.py"])
-    assert not build.fitting(["rp2040py/native/_simulator.abi3.so"])
-    assert not build.fitting(["rp2040py/native/_simulator.pyx", "rp2040py/simulator.py"])
-    assert not build.fitting([own.replace("_simulator", "_bit")])
-    assert list(build.installed())
+    lines = "".join(new for path, _, new in build.CHANGES if path.endswith("_simulator.pyx"))
+    source = {"_simulator.pyx": lines.encode()}
+    assert build.fitting({**source, own: b""})
+    assert not build.fitting({**source, "_simulator.abi3.so": b""})
+    assert not build.fitting({**source, own.replace("_simulator", "_bit"): b""})
+    assert not build.fitting({own: b"", "_simulator.pyx": b"while not simulator.stopped:"})
+    assert not build.fitting({own: b""})
+    assert "_simulator.pyx" in build.installed()
+
+
+@pytest.mark.parametrize("text", ["", "pios, pios"])
+def test_sources_of_the_emulator_that_are_others_are_refused(tmp_path, text):
+    path = tmp_path / "_simulator.pyx"
+    path.write_text(text)
+    with pytest.raises(ValueError, match="_simulator.pyx .* no one 'pios'"):
+        build.change(path, "pios", "pio")
+    assert path.read_text() == text
