@@ -95,7 +95,10 @@ def wire(app, old):
     bus, mask = app.bus, app.tick.mask
     bus.hard = bus.hard | mask if hard else bus.hard & ~mask
     rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
-    readers = app.loop.readers if app.loop else []
+    readers = []
+    if app.loop:
+        readers = app.loop.readers
+        app.loop.stop()  # a Ctrl-C in its end left timers
     app.loop = Loop(
         app.tick,
         board.ticking(board.timer if on_timer else board.data_ready, hard),
@@ -183,6 +186,7 @@ def use(app, new):
     app.filter = new
     app.tick.use(new)
     app.tick.words[_ODD] = 1
+    filters.use(app.tick.mask, app.config.filter)
 
 
 def begin_at(filter, accel_g, yaw_deg=0.0):

@@ -241,6 +241,37 @@ def test_ctrl_c_anywhere_in_a_verb_leaves_a_loop_that_runs_or_words(board, verb,
 
 
 @boards
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_no_timer_outlives_a_ctrl_c_in_the_end_of_its_loop(board, place, tmp_path):
+    """Else the next loop has the ticks of two."""
+    walk = Steps(board, tmp_path)
+    try:
+        for step, parameters in REST:
+            walk.do(step, **parameters)
+        app, port = walk.world.app, walk.world.port
+
+        last = place == len(app.loop._sources)
+        of, name = (app.loop._timing, "stop") if last else (app.loop._sources[place], "deinit")
+        whole = getattr(of, name)
+
+        def interrupted():
+            setattr(of, name, whole)  # once
+            raise KeyboardInterrupt
+
+        setattr(of, name, interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            app.paused(lambda imu: None)
+        assert app.running
+        port.run_ms(100)
+        before = app.stats()["ticks"]
+        port.run_ms(400)
+        assert app.stats()["ticks"] - before == pytest.approx(100, abs=1)
+        assert app.stats()["skipped_calls"] == 0
+    finally:
+        walk.world.port.__exit__(None, None, None)
+
+
+@boards
 @pytest.mark.parametrize("name", ["balance", "quad"])
 def test_an_application_that_was_taken_away_is_not_armed_and_starts_again(board, name, tmp_path):
     steps = [*REST, ("application", {"name": name}), ("wait", {"ms": 500}),

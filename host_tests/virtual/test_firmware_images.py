@@ -211,6 +211,6 @@ def test_an_emulator_built_for_this_python_and_a_wheel_for_all_are_told_apart():
 def test_sources_of_the_emulator_that_are_others_are_refused(tmp_path, text):
     path = tmp_path / "_simulator.pyx"
     path.write_text(text)
-    with pytest.raises(ValueError, match="_simulator.pyx .* no one 'pios'"):
+    with pytest.raises(ValueError, match=r"_simulator\.pyx .* no one 'pios'"):
         build.change(path, "pios", "pio")
     assert path.read_text() == text

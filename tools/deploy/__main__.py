@@ -19,7 +19,7 @@ def main():
     parser.add_argument("--mount", action="store_true", help="run from this PC, copy nothing")
     parser.add_argument("--uninstall", action="store_true", help="remove all but what is yours")
     parser.add_argument(
-        "--wait", type=float, default=20, metavar="S", help="for the first line; %(default)s s"
+        "--wait", type=float, default=60, metavar="S", help="for the first line; %(default)s s"
     )
     args = parser.parse_args()
     if not args.port:

@@ -15,7 +15,7 @@ MARGIN = 8 * BLOCK  # for folders and what the board itself writes meanwhile
 SETTINGS = ("config.txt", "calibration.txt")
 
 
-def deploy(port, source=False, say=print, wait_s=20, files=None):
+def deploy(port, source=False, say=print, wait_s=60, files=None):
     """Copy what differs, exchange it, restart, and say the first angle. DeployError.
 
     files: {path on the board: bytes} in place of the project. wait_s: silence that is borne.
