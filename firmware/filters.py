@@ -130,7 +130,9 @@ def _named(name):
     from attitude.float_tilt import FloatTilt
 
     if name == "float.kalman":
-        from attitude.kalman_tilt import KalmanTilt as kind
-    else:
-        from attitude.complementary import Complementary as kind
-    return FloatTilt, (kind,)
+        from attitude.kalman_tilt import KalmanTilt
+
+        return FloatTilt, (KalmanTilt,)
+    from attitude.complementary import Complementary
+
+    return FloatTilt, (Complementary,)
