@@ -55,7 +55,7 @@ _CALIBRATING = (
     "calibration.rest",
 ) + _FILES  # fmt: skip
 _START = ("firmware.beginning", "firmware.startup", "calibration.rest") + _REPORT + _FILES
-_ROOM = const(24000)  # bytes; a calibration and a program beside it
+_ROOM = const(16000)  # bytes, for a program of the user's
 _UNDO = const(20)
 _CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
@@ -355,8 +355,7 @@ class App:
             wiring.settle(self)
         if "filter" in names:
             gc.collect()
-            if gc.mem_free() < _ROOM:
-                filters.forget_unused()
+            filters.forget_unused(room=_ROOM)
         if _any([name.split("_")[0] for name in names], self._attached):
             self.outputs.tune(self.period_us)
         if "watchdog_ms" in names:

@@ -101,12 +101,19 @@ def use(mask, name):
     _used[mask] = name
 
 
-def forget_unused(wanted=None):
-    """The code of filters that no App runs with is heap again."""
-    for name in list(_loaded):
+def forget_unused(wanted=None, room=None):
+    """The code of filters that no App runs with is heap again: of all, or until `room` bytes are
+    free; last that of attitude, which wants the largest pieces when it comes again."""
+    for name in sorted(_loaded, key=_is_default):
+        if room and gc.mem_free() >= room:
+            break
         if name != wanted and name not in _used.values():
             forget(_loaded.pop(name)[2])
-    gc.collect()
+            gc.collect()
+
+
+def _is_default(name):
+    return name == "attitude"
 
 
 def _since(before):

@@ -8,7 +8,7 @@ from tools.virtual.chip import MPU6050Chip
 from tools.virtual.motion import Still
 from tools.virtual.pico import VirtualPico
 
-LEFT = 24_000  # bytes, for a program of one's own
+LEFT = 16_000  # bytes, for a program of one's own
 VERBS = """\
 app.stats()
 app.report()
