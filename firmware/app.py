@@ -23,7 +23,7 @@ from micropython import const
 
 from firmware import board as boards
 from firmware import bus, filters, learning, sample, settings, wiring
-from firmware.briefly import Briefly, Lasting, beside_app
+from firmware.briefly import Briefly, Lasting
 from firmware.config import Config, defaults
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
@@ -48,14 +48,7 @@ PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin
 ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 # what a start alone needs; what reads and writes files
 _FILES = ("firmware.calibration", "firmware.store", "calibration.fields")
-_CLAIMS = ("attitude.fixed.attitude.claims", "attitude.bounds")
-_REPORT = ("firmware.report", "firmware.stats", "mpu6050.selftest")
-_CALIBRATING = (
-    "firmware.calibrating", "calibration.mounting", "calibration.poses", "calibration.solve",
-    "calibration.rest",
-) + _FILES  # fmt: skip
-_START = ("firmware.beginning", "firmware.startup", "calibration.rest") + _REPORT + _FILES
-_ROOM = const(16000)  # bytes, for a program of the user's
+_START = ("firmware.beginning", "firmware.startup", "calibration.rest") + _FILES
 _UNDO = const(20)
 _CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
@@ -194,7 +187,6 @@ class App:
             wiring.wire(self, None)
         self._watch()
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
-        beside_app()
         gc.threshold(-1)
         startup.begin(self, began.still)
         self._running.append(self)
@@ -227,7 +219,7 @@ class App:
     def _keep_learned(self):
         learned = self.learning.learned()
         if learned or hasattr(self.filter, "calibration_learned"):
-            with Briefly(*_CLAIMS + _FILES):
+            with Briefly(*_FILES):
                 from firmware.calibration import keep_learned, scale_learned
 
                 scale = scale_learned(self.filter, self.calibration)
@@ -353,9 +345,6 @@ class App:
             elif _any(names, filters.SETTINGS[config.filter]):
                 wiring.prepare(self, settings=filters.settings(config, self.imu))
             wiring.settle(self)
-        if "filter" in names:
-            gc.collect()
-            filters.forget_unused(room=_ROOM)
         if _any([name.split("_")[0] for name in names], self._attached):
             self.outputs.tune(self.period_us)
         if "watchdog_ms" in names:
@@ -456,14 +445,14 @@ class App:
 
         Hold it still for a second. calibration.rest.NotStill (a ValueError) says how it moved.
         """
-        return self.paused(self._level)
+        from firmware.calibrating import Calibrating
 
-    def _level(self, imu):
-        filters.forget_unused()
-        with Briefly("firmware.levelling", *_CALIBRATING):
-            from firmware.levelling import level
+        def measure(imu):
+            steps = Calibrating(imu, self.config.calibration_path)
+            steps.here()
+            return steps.save()
 
-            return level(imu, self.config.calibration_path)
+        return self.paused(measure)
 
     def forget_scale(self):
         """The gyro's scale is unknown again: as learned in motion, and as stored. OSError."""
@@ -504,19 +493,19 @@ class App:
         return sample.make(words, self.imu.accel_lsb_per_g, self.age_us, self.stale)
 
     def stats(self):
-        """Timing, faults by cause and what else is counted, as a dict (firmware.stats)."""
-        with Lasting(self._tidy("firmware.stats")):
-            from firmware.stats import stats
+        """Timing, faults by cause and what else is counted, as a dict (firmware.report)."""
+        with Lasting(self._tidy("firmware.report")):
+            from firmware.report import stats
 
         return stats(self)
 
     def report(self):
         """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
         self._must_run()
-        with Briefly(*_REPORT + _CLAIMS):
+        with Lasting(self._tidy("firmware.report")):
             from firmware.report import report
 
-            return report(self)
+        return report(self)
 
     def watch(self, seconds=None):
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
@@ -532,22 +521,19 @@ class App:
 
     def self_test(self):
         """(passed, a line for each axis) of the chip's self-test, at rest; the loop pauses."""
-        with Briefly(*_REPORT):
-            from firmware.report import tested
+        from firmware.report import tested
 
-            return self.paused(tested)
+        return self.paused(tested)
 
     def calibrating(self):
         """The steps of a calibration (firmware.calibrating); ends the loop, start() goes on."""
+        from firmware.calibrating import Calibrating
+
         self.stop()
         self._calm = Feeding(self, _CALIBRATING_S)
         self._calm.__enter__()
         self._find_sensor()
-        filters.forget_unused()
-        with Briefly(*_CALIBRATING):  # the steps hold what they need
-            from firmware.calibrating import Calibrating
-
-            return Calibrating(self.imu, self.config.calibration_path)
+        return Calibrating(self.imu, self.config.calibration_path)
 
     @property
     def roll_deg(self):
