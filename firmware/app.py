@@ -203,12 +203,15 @@ class App:
         A watchdog, once started, resets the board watchdog_ms later: nothing can stop it. What
         was learned of the gyro's bias and scale is stored.
         """
-        if self.running:
-            try:
+        running = self.running
+        try:
+            if self.loop:  # its timers too, where a Ctrl-C in its end has left some
                 self.loop.stop()
                 self.bus.forget(self.tick.mask)
-            finally:  # also after a Ctrl-C
+        finally:  # also after a Ctrl-C
+            if running:
                 self.outputs.safe()
+        if running:
             try:
                 self._keep_learned()
             except (OSError, ValueError) as error:  # a full or worn flash, and no harm

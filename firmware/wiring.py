@@ -95,10 +95,7 @@ def wire(app, old):
     bus, mask = app.bus, app.tick.mask
     bus.hard = bus.hard | mask if hard else bus.hard & ~mask
     rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
-    readers = []
-    if app.loop:
-        readers = app.loop.readers
-        app.loop.stop()  # a Ctrl-C in its end left timers
+    readers = app.loop.readers if app.loop else []
     app.loop = Loop(
         app.tick,
         board.ticking(board.timer if on_timer else board.data_ready, hard),
