@@ -6,7 +6,7 @@ promise would be seen. More of them: python -m tools.walk --sequences 2000 --ste
 import pytest
 
 from tools.walk.search import as_test, walked
-from tools.walk.steps import Steps
+from tools.walk.steps import walking
 
 PARTS = 10  # files of tests are shared between the cores, tests of one are not: short ones first
 REST = [("move", {"kind": "rest"}), ("wait", {"ms": 800}), ("start", {}), ("wait", {"ms": 500})]
@@ -146,14 +146,8 @@ SABOTAGE = [  # what is broken, steps before it, steps after it, the words of th
 @pytest.mark.parametrize("breaks, before, after, words", SABOTAGE,
                          ids=[row[0].__name__ for row in SABOTAGE])  # fmt: skip
 def test_a_promise_that_is_broken_on_purpose_is_seen(breaks, before, after, words, tmp_path):
-    with pytest.MonkeyPatch.context() as monkey:
-        walk = Steps("hard", tmp_path)
-        try:
-            for step, parameters in before:
+    with pytest.MonkeyPatch.context() as monkey, walking("hard", tmp_path, before) as walk:
+        breaks(monkey.setattr, walk.world.app)
+        with pytest.raises((AssertionError, KeyError, RuntimeError), match=words):
+            for step, parameters in after:
                 walk.do(step, **parameters)
-            breaks(monkey.setattr, walk.world.app)
-            with pytest.raises((AssertionError, KeyError, RuntimeError), match=words):
-                for step, parameters in after:
-                    walk.do(step, **parameters)
-        finally:
-            walk.world.port.__exit__(None, None, None)

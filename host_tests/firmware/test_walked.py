@@ -6,7 +6,7 @@ import contextlib
 import pytest
 
 from tools.walk.break_in import ctrl_c
-from tools.walk.steps import Steps, replay
+from tools.walk.steps import replay, walking
 from tools.walk.world import BOARDS
 
 boards = pytest.mark.parametrize("board", BOARDS)
@@ -29,10 +29,7 @@ def test_a_start_that_is_interrupted_leaves_the_sensor_to_who_has_it(board, afte
 @boards
 @pytest.mark.parametrize("after", range(12))
 def test_a_stop_that_is_interrupted_leaves_the_sensor_to_who_wants_it(board, after, tmp_path):
-    walk = Steps(board, tmp_path)
-    try:
-        for step, parameters in REST:
-            walk.do(step, **parameters)
+    with walking(board, tmp_path, REST) as walk:
         app = walk.world.app
         with contextlib.suppress(KeyboardInterrupt), ctrl_c(walk.world.port.clock, after):
             app.stop()
@@ -45,8 +42,6 @@ def test_a_stop_that_is_interrupted_leaves_the_sensor_to_who_wants_it(board, aft
             assert type(app).current() is None
             other.start()
             assert type(app).current() is other
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -60,13 +55,8 @@ def test_a_soft_output_is_fed_between_the_lines_of_what_is_printed(board, tmp_pa
 @pytest.mark.parametrize("name", ["balance", "quad", "platform"])
 def test_an_application_started_again_runs_again(board, name, tmp_path):
     steps = [*REST, ("application", {"name": name}), ("stop", {}), ("application", {"name": name})]
-    walk = Steps(board, tmp_path)
-    try:
-        for step, parameters in steps:
-            walk.do(step, **parameters)
+    with walking(board, tmp_path, steps) as walk:
         assert walk.world.app.running
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -96,8 +86,7 @@ def test_a_bias_that_nobody_measured_claims_nothing_in_motion(board, tmp_path):
 
 
 def test_what_nobody_measured_is_claimed_after_a_rest(tmp_path):
-    walk = Steps("hard", tmp_path)
-    try:
+    with walking("hard", tmp_path) as walk:
         walk.do("set", knob="rest_s", value=0.0)
         walk.do("move", kind="free", amplitude_deg=25)
         walk.do("wait", ms=1000)
@@ -107,24 +96,17 @@ def test_what_nobody_measured_is_claimed_after_a_rest(tmp_path):
         walk.do("move", kind="rest")
         walk.do("wait", ms=7000)  # the filter wants some seconds of rest
         assert not walk.world.app.uncertain and not walk.world.app.stale
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
 @pytest.mark.parametrize("ms", [30, 60, 120])
 def test_a_rate_beyond_the_range_leaves_doubt(board, ms, tmp_path):
-    walk = Steps(board, tmp_path)
-    try:
-        for step, parameters in REST:
-            walk.do(step, **parameters)
+    with walking(board, tmp_path, REST) as walk:
         walk.do("wait", ms=500)
         walk.do("fault", kind="saturation", ms=ms)
         walk.do("wait", ms=ms + 60)
         assert walk.world.app.uncertain
         assert walk.world.app.yaw_doubt_deg > 0.4 * ms
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -241,15 +223,12 @@ def test_ctrl_c_anywhere_in_a_verb_leaves_a_loop_that_runs_or_words(board, verb,
 
 
 @boards
+@pytest.mark.parametrize("then", ["start", "stop"])
 @pytest.mark.parametrize("place", [0, 1, 2])
-def test_no_timer_outlives_a_ctrl_c_in_the_end_of_its_loop(board, place, tmp_path):
+def test_no_timer_outlives_a_ctrl_c_in_the_end_of_its_loop(board, place, then, tmp_path):
     """Else the next loop has the ticks of two."""
-    walk = Steps(board, tmp_path)
-    try:
-        for step, parameters in REST:
-            walk.do(step, **parameters)
+    with walking(board, tmp_path, REST) as walk:
         app, port = walk.world.app, walk.world.port
-
         last = place == len(app.loop._sources)
         of, name = (app.loop._timing, "stop") if last else (app.loop._sources[place], "deinit")
         whole = getattr(of, name)
@@ -260,15 +239,17 @@ def test_no_timer_outlives_a_ctrl_c_in_the_end_of_its_loop(board, place, tmp_pat
 
         setattr(of, name, interrupted)
         with pytest.raises(KeyboardInterrupt):
-            app.paused(lambda imu: None)
+            app.paused(lambda imu: None) if then == "start" else app.stop()
+        if then == "stop":
+            app.stop()
+            assert app.loop._sources == []
+            app.start()
         assert app.running
         port.run_ms(100)
         before = app.stats()["ticks"]
         port.run_ms(400)
         assert app.stats()["ticks"] - before == pytest.approx(100, abs=1)
         assert app.stats()["skipped_calls"] == 0
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -276,10 +257,7 @@ def test_no_timer_outlives_a_ctrl_c_in_the_end_of_its_loop(board, place, tmp_pat
 def test_an_application_that_was_taken_away_is_not_armed_and_starts_again(board, name, tmp_path):
     steps = [*REST, ("application", {"name": name}), ("wait", {"ms": 500}),
              ("take_away", {"all_of_them": True})]  # fmt: skip
-    walk = Steps(board, tmp_path)
-    try:
-        for step, parameters in steps:
-            walk.do(step, **parameters)
+    with walking(board, tmp_path, steps) as walk:
         app = walk.world.app
         with pytest.raises(ValueError, match="not armed: %s was taken away" % name):
             getattr(app, name).arm()
@@ -288,8 +266,6 @@ def test_an_application_that_was_taken_away_is_not_armed_and_starts_again(board,
                                  ("arm", {"name": name}), ("wait", {"ms": 300})]:  # fmt: skip
             walk.do(step, **parameters)
         assert getattr(app, name).armed
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -313,19 +289,15 @@ def test_what_is_asked_before_the_start_is_answered_or_refused_in_words(board, n
 
 @boards
 def test_watch_and_samples_say_that_nothing_runs(board, tmp_path):
-    walk = Steps(board, tmp_path)
-    try:
+    with walking(board, tmp_path) as walk:
         for ask in (walk.world.app.watch, walk.world.app.samples, walk.world.app.stream.start):
             with pytest.raises(ValueError, match="does not run"):
                 ask()
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
 def test_the_watchdogs_knob_works_while_the_loop_runs_and_restarts_feed_it(board, tmp_path):
-    walk = Steps(board, tmp_path)
-    try:
+    with walking(board, tmp_path) as walk:
         for step, parameters in [
             *REST,
             ("set", {"knob": "watchdog_ms", "value": 2000}),
@@ -345,8 +317,6 @@ def test_the_watchdogs_knob_works_while_the_loop_runs_and_restarts_feed_it(board
         board_before = walk.world.port
         walk.do("wait", ms=2100)  # nobody feeds it any more: the board begins anew
         assert walk.world.port is not board_before
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -455,14 +425,10 @@ def test_a_rate_beyond_the_range_is_no_claim_whatever_is_changed(
     board, already, meanwhile, saturated, tmp_path
 ):
     """With the quadcopter's long time constant too, which would keep a wrong tilt for minutes."""
-    walk = Steps(board, tmp_path)
-    try:
-        for step, parameters in [*REST, *already, *saturated, *meanwhile, ("wait", {"ms": 1500})]:
-            walk.do(step, **parameters)
+    steps = [*REST, *already, *saturated, *meanwhile, ("wait", {"ms": 1500})]
+    with walking(board, tmp_path, steps) as walk:
         walk.do("wait", ms=2000)
         assert walk.world.checks.tilt_error(walk.world.app.sample()) < 1
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -480,8 +446,7 @@ def test_yaw_over_an_outage_while_a_turn_begins_or_ends(board, after, rate_dps, 
 @pytest.mark.parametrize("rate_dps", [60, 100, -100])
 def test_a_turn_faster_than_any_bias_is_never_one(board, rate_dps, tmp_path):
     """Nothing is known of the gyro, and it turns steadily for long: a rest to both sensors."""
-    walk = Steps(board, tmp_path)
-    try:
+    with walking(board, tmp_path) as walk:
         walk.do("move", kind="turn", rate_dps=rate_dps)
         walk.do("wait", ms=1500)
         walk.do("set", knob="rest_s", value=0.1)
@@ -489,8 +454,6 @@ def test_a_turn_faster_than_any_bias_is_never_one(board, rate_dps, tmp_path):
         walk.do("wait", ms=9000)
         assert walk.world.app.learning.known == 0 and walk.world.app.uncertain
         assert max(map(abs, walk.world.app.calibration.gyro_bias_dps)) < 40
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -500,10 +463,7 @@ def test_the_same_wires_are_one_sensor_by_whatever_number(board, tmp_path):
 
 
 def test_a_wire_is_one_apps_alone(tmp_path):
-    walk = Steps("esp32", tmp_path)
-    try:
-        for step, parameters in REST:
-            walk.do(step, **parameters)
+    with walking("esp32", tmp_path, REST) as walk:
         other = type(walk.world.app)()
         other.set("bus", 1)
         for sda, scl in ((21, 23), (18, 22), (22, 18), (22, 21)):
@@ -511,8 +471,6 @@ def test_a_wire_is_one_apps_alone(tmp_path):
             other.set("pin_scl", scl)
             with pytest.raises(OSError, match="SDA GP21, SCL GP22 for a running App"):
                 other.start()
-    finally:
-        walk.world.port.__exit__(None, None, None)
 
 
 @boards
@@ -541,10 +499,7 @@ def test_zero_yaw_while_there_is_no_sample(board, lost, then, tmp_path):
 @pytest.mark.parametrize("tau_s", [[20.0], [0.1, 60.0], [5.0, 20.0, 1.8]])
 def test_a_time_constant_changes_no_angle(board, tau_s, learned, tmp_path):
     """In motion with an acceleration, after a rest that told the gyro's bias and without one."""
-    walk = Steps(board, tmp_path)
-    try:
-        for step, parameters in REST:
-            walk.do(step, **parameters)
+    with walking(board, tmp_path, REST) as walk:
         walk.do("wait", ms=4000 if learned else 10)
         walk.do("move", kind="free", amplitude_deg=10)
         walk.do("wait", ms=2500)
@@ -553,5 +508,3 @@ def test_a_time_constant_changes_no_angle(board, tau_s, learned, tmp_path):
             walk.do("set", knob="attitude_tau_s", value=value)
             walk.do("wait", ms=12)
             assert walk.world.checks.tilt_error(walk.world.app.sample()) < before + 0.3
-    finally:
-        walk.world.port.__exit__(None, None, None)

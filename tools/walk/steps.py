@@ -2,6 +2,7 @@
 """What can happen in a walk, by name: `Steps(world).do(name, **parameters)`; all of it can be
 written down as a list of (name, parameters), and walked again with replay()."""
 
+import contextlib
 import importlib
 from pathlib import Path
 
@@ -303,13 +304,20 @@ class Steps:
             self._call(app.quad.command, throttle)
 
 
-def replay(board, steps, folder):
-    """Walk a written walk: (name, parameters) pairs; then two and a half quiet seconds."""
+@contextlib.contextmanager
+def walking(board, folder, steps=()):
+    """Steps on a board of their own, after a written walk: (name, parameters) pairs."""
     walk = Steps(board, folder)
     try:
         for name, parameters in steps:
             walk.do(name, **parameters)
-        end = walk.world.checks.trouble_s + 2.5
-        walk.do("wait", ms=max(0.0, 1000 * (end - walk.world.now_s)))
+        yield walk
     finally:
         walk.world.port.__exit__(None, None, None)
+
+
+def replay(board, steps, folder):
+    """Walk a written walk; then two and a half quiet seconds."""
+    with walking(board, folder, steps) as walk:
+        end = walk.world.checks.trouble_s + 2.5
+        walk.do("wait", ms=max(0.0, 1000 * (end - walk.world.now_s)))
