@@ -3,7 +3,7 @@
 
 CPython runs the firmware's own files on the Port, its REPL answers mpremote's protocol at a
 pseudo-terminal, and the sensor moves. The emulated RP2040 (tools.virtual.pico) runs the real
-MicroPython, but twenty times too slowly to be looked at live.
+MicroPython, but too slowly to be looked at live.
 
 --link PATH: a symbolic link to the terminal, the same after each plugging-in. Lines on standard
 input are the hand at the cable: `unplug`, `plug`, `reset`, `end`.

@@ -4,8 +4,8 @@
     with VirtualPico(bus=Bus(MPU6050Chip()), root=True, main=False) as pico:
         print(pico.exec("import machine; print(machine.I2C(0).scan())"))
 
-Emulated time passes only inside calls, so a run repeats itself to the cycle. Code runs some 14
-times slower than on the chip; time that the firmware sleeps through costs next to nothing.
+Emulated time passes only inside calls, so a run repeats itself to the cycle. Code runs far
+slower than on the chip; time that the firmware sleeps through costs next to nothing.
 `python -m tools.virtual.pico` serves a board to the real mpremote.
 """
 
