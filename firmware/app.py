@@ -48,6 +48,10 @@ PLACE = ("address", "allow_unknown", "bus", "bus_hz", "pin_sda", "pin_scl", "pin
 ALL_OVER = CHIP + PACE + PLACE + ("filter",)  # a stream says all anew
 # what a start alone needs; what reads and writes files
 _FILES = ("firmware.calibration", "firmware.store", "calibration.fields")
+_CALIBRATING = (
+    "firmware.calibrating", "calibration.mounting", "calibration.poses", "calibration.solve",
+    "calibration.rest",
+) + _FILES  # fmt: skip
 _START = ("firmware.beginning", "firmware.startup", "calibration.rest") + _FILES
 _UNDO = const(20)
 _CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
@@ -448,14 +452,15 @@ class App:
 
         Hold it still for a second. calibration.rest.NotStill (a ValueError) says how it moved.
         """
-        from firmware.calibrating import Calibrating
+        return self.paused(self._level)
 
-        def measure(imu):
+    def _level(self, imu):
+        with Briefly(*_CALIBRATING):
+            from firmware.calibrating import Calibrating
+
             steps = Calibrating(imu, self.config.calibration_path)
             steps.here()
             return steps.save()
-
-        return self.paused(measure)
 
     def forget_scale(self):
         """The gyro's scale is unknown again: as learned in motion, and as stored. OSError."""
@@ -530,13 +535,14 @@ class App:
 
     def calibrating(self):
         """The steps of a calibration (firmware.calibrating); ends the loop, start() goes on."""
-        from firmware.calibrating import Calibrating
-
         self.stop()
         self._calm = Feeding(self, _CALIBRATING_S)
         self._calm.__enter__()
         self._find_sensor()
-        return Calibrating(self.imu, self.config.calibration_path)
+        with Briefly(*_CALIBRATING):  # the steps hold what they need
+            from firmware.calibrating import Calibrating
+
+            return Calibrating(self.imu, self.config.calibration_path)
 
     @property
     def roll_deg(self):
