@@ -56,7 +56,13 @@ class Walk:
     def start(self, line, **how):
         """The program of a command line."""
         return subprocess.Popen(
-            line, shell=True, cwd=self.folder, start_new_session=True, **how
+            line,
+            shell=True,
+            cwd=self.folder,
+            start_new_session=True,
+            # a background job ignores Ctrl-C, and so would what it starts
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+            **how,
         )
 
     def run(self, line, timeout_s):
