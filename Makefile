@@ -68,7 +68,7 @@ types: .venv/ready  ## mypy with the stubs of both ports
 clean:  ## remove .venv and what was made
 	rm -rf .venv $(OUT) build
 
-.venv/ready: pyproject.toml tools/virtual/rp2040/build.py
+.venv/ready: pyproject.toml tools/virtual/rp2040/build.py tools/virtual/rp2040/changes.py
 	$(PYTHON) -m venv .venv || { echo "No venv in $(PYTHON): apt-get install python3-venv"; exit 1; }
 	.venv/bin/pip install --quiet --disable-pip-version-check --editable .
 	$(PY) -m tools.virtual.rp2040.build

@@ -196,15 +196,20 @@ def test_without_a_mirror_the_error_says_what_to_do(tmp_path):
 
 
 def test_an_emulator_built_for_this_python_and_a_wheel_for_all_are_told_apart():
-    own = f"_simulator.{sys.implementation.cache_tag}-x86_64-linux-gnu.so"
-    lines = "".join(new for path, _, new in build.CHANGES if path.endswith("_simulator.pyx"))
-    source = {"_simulator.pyx": lines.encode()}
-    assert build.fitting({**source, own: b""})
-    assert not build.fitting({**source, "_simulator.abi3.so": b""})
-    assert not build.fitting({**source, own.replace("_simulator", "_bit"): b""})
-    assert not build.fitting({own: b"", "_simulator.pyx": b"while not simulator.stopped:"})
-    assert not build.fitting({own: b""})
-    assert "_simulator.pyx" in build.installed()
+    tag = f".{sys.implementation.cache_tag}-"
+    good = {}
+    for path, _, new in build.SOURCES:
+        good[path] = good.get(path, b"") + new.encode()
+        if path.endswith(".pyx"):
+            good[path.removesuffix(".pyx") + tag + "x86_64-linux-gnu.so"] = b""
+    assert build.fitting(good)
+    for path in good:
+        if not path.endswith(".so"):
+            assert not build.fitting({**good, path: b"as it was"})
+        others = {name: data for name, data in good.items() if name != path}
+        assert not build.fitting(others)
+        assert not build.fitting({**others, path.replace(tag, ".abi3."): b""})
+    assert good.keys() & build.installed().keys()
 
 
 @pytest.mark.parametrize("text", ["", "pios, pios"])

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Builds the emulator for this Python alone, faster than the wheel that fits them all.
+"""Builds the emulator for this Python alone, a good deal quicker than the wheel that fits all.
 
 `python -m tools.virtual.rp2040.build` does it once for an environment and keeps the wheel in the
-cache. rp2040py's own wheel uses only what every Python has (the stable ABI), where each access is
-a call: 5.2 million instructions a second for 13.3 (setup.py of rp2040py 0.3.6). And its loop asks
-three Python attributes for each instruction: here they are a place in a dictionary and fields of a
-type that it knows. The rest of the sources is the same. Where they
-cannot be built that wheel stays.
+cache; what differs from the package's sources is in changes. Where they cannot be built that wheel
+stays.
 """
 
 import importlib.util
@@ -26,25 +23,10 @@ from tools.virtual.images.workshop import (
     run,
     say,
 )
+from tools.virtual.rp2040.changes import SETUP, SOURCES
 
 PACKAGE = "rp2040py"
-LOOP = "_simulator"
-CHANGES = (  # to its sources: file, what is there once, what is there then
-    ("setup.py", "USE_LIMITED_API = (", "USE_LIMITED_API = False and ("),
-    (
-        f"src/rp2040py/native/{LOOP}.pyx",
-        "from rp2040py.native._rp2040 cimport RP2040\n",
-        "from rp2040py.native._pio cimport RPPIO\nfrom rp2040py.native._rp2040 cimport RP2040\n",
-    ),
-    (
-        f"src/rp2040py/native/{LOOP}.pyx",
-        "    pios = rp2040.pio\n",
-        "    cdef RPPIO pio\n    cdef list pios = rp2040.pio\n"
-        "    cdef dict flags = simulator.__dict__\n",
-    ),
-    (f"src/rp2040py/native/{LOOP}.pyx", "not simulator.stopped:", 'not flags["stopped"]:'),
-)
-BUILD = zlib.crc32(repr(CHANGES).encode())  # a wheel's build tag is a number
+BUILD = zlib.crc32(repr((SETUP, SOURCES)).encode())  # a wheel's build tag is a number
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 
 
@@ -61,18 +43,20 @@ def main():
 
 
 def installed():
-    """{name: bytes} of the native part that is installed."""
-    package = importlib.util.find_spec(PACKAGE)
-    files = Path(package.origin).parent.glob(f"native/{LOOP}.*")
-    return {file.name: file.read_bytes() for file in files}
+    """{path in the package: bytes} of what is installed of it."""
+    site = Path(importlib.util.find_spec(PACKAGE).origin).parents[1]
+    files = [*site.glob(f"{PACKAGE}/*.py"), *site.glob(f"{PACKAGE}/native/*")]
+    files = [file for file in files if file.is_file()]
+    return {file.relative_to(site).as_posix(): file.read_bytes() for file in files}
 
 
 def fitting(files):
-    """Whether this {name: bytes} is the loop as it is changed here, compiled for this Python."""
+    """Whether this {path: bytes} is the package as it is changed here, compiled for this Python."""
     tag = f".{sys.implementation.cache_tag}-"
-    source = files.get(f"{LOOP}.pyx", b"").decode()
-    changed = all(new in source for path, _, new in CHANGES if path.endswith(".pyx"))
-    return changed and any(name.startswith(f"{LOOP}.") and tag in name for name in files)
+    if any(new not in files.get(path, b"").decode() for path, _, new in SOURCES):
+        return False
+    modules = {path.removesuffix(".pyx") for path, *_ in SOURCES if path.endswith(".pyx")}
+    return all(any(name.startswith(module + tag) for name in files) for module in modules)
 
 
 def kept():
@@ -93,8 +77,8 @@ def build():
         with tarfile.open(next(folder.glob("*.tar.gz"))) as archive:
             archive.extractall(folder, filter="data")
         root = next(folder.glob("*/setup.py")).parent
-        for path, old, new in CHANGES:
-            change(root / path, old, new)
+        for path, old, new in (SETUP, *SOURCES):
+            change(root / path if path == SETUP[0] else root / "src" / path, old, new)
         wheels = folder / "wheels"
         run(
             "building the emulator for this Python, a minute or two",
@@ -102,8 +86,8 @@ def build():
         )
         wheel = next(wheels.glob("*.whl"))
         with ZipFile(wheel) as archive:
-            names = [name for name in archive.namelist() if "/native/" in name]
-            if not fitting({Path(name).name: archive.read(name) for name in names}):
+            names = [name for name in archive.namelist() if not name.endswith("/")]
+            if not fitting({name: archive.read(name) for name in names}):
                 raise ValueError("there is no compiler, or it lacks Python's headers")
         of = f"{PACKAGE}-{version(PACKAGE)}-"
         return publish(wheel, wheel.name.replace(of, f"{of}{BUILD}-"))
