@@ -51,7 +51,7 @@ def installed():
 
 
 def fitting(files):
-    """Whether this {path: bytes} is the package as it is changed here, compiled for this Python."""
+    """Whether this {path: bytes} is the package as changed here, compiled for this Python."""
     tag = f".{sys.implementation.cache_tag}-"
     if any(new not in files.get(path, b"").decode() for path, _, new in SOURCES):
         return False

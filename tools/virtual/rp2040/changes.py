@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What is changed in the emulator's sources (rp2040py 0.3.6), so that it is quicker.
 
-No change alters what an instruction does, how many cycles it takes or when an alarm rings: the same
-program prints the same at the same nanosecond. What costs is asked less often: Python's attributes
-and calls for each instruction, functions of another module where the compiler cannot see into them.
+No change alters what an instruction does, how many cycles it takes or when an alarm rings: the
+same program prints the same at the same nanosecond. What costs is asked less often: Python's
+attributes and calls for each instruction, functions that the compiler cannot see into.
 """
 
 _NATIVE = "rp2040py/native/"
