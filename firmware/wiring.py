@@ -183,6 +183,7 @@ def use(app, new):
     app.filter = new
     app.tick.use(new)
     app.tick.words[_ODD] = 1
+    filters.use(app.tick.mask, app.config.filter)
 
 
 def begin_at(filter, accel_g, yaw_deg=0.0):

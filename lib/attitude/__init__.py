@@ -8,8 +8,8 @@ holds one filter in RAM.
 _HOME = {
     "Attitude": "attitude",
     "Complementary": "complementary",
-    "FloatAttitude": "from_counts",
-    "FloatTilt": "from_counts",
+    "FloatAttitude": "float_attitude",
+    "FloatTilt": "float_tilt",
     "Kalman1D": "kalman1d",
     "KalmanND": "kalman_nd",
     "KalmanTilt": "kalman_tilt",
