@@ -191,7 +191,7 @@ class App:
         gc.collect()  # what stays comes after what goes: else it is islands in the heap
         wiring.adopt_sensor(self, began.known)
         wiring.settle(self)
-        wiring.wire(self, None)
+        wiring.wire(self, None, wiring.made(self))
         self._watch()
         self.filter.standing()  # loads what the first sample shall not wait for
         with Briefly("firmware.first"):
@@ -361,7 +361,7 @@ class App:
             wiring.change(self, pace)
         else:
             if "filter" in names:
-                wiring.renew(self, self.filter)
+                wiring.renew(self)
             elif _any(names, filters.SETTINGS[config.filter]):
                 wiring.prepare(self, settings=filters.settings(config, self.imu))
             wiring.settle(self)

@@ -113,9 +113,10 @@ def use(mask, name):
 
 def leave(room):
     """Where less than `room` bytes are free, code of filters that nobody runs is heap again."""
-    gc.collect()
     if gc.mem_free() < room:
-        forget_unused()
+        gc.collect()
+        if gc.mem_free() < room:
+            forget_unused()
 
 
 def forget_unused():

@@ -86,3 +86,35 @@ def test_without_room_for_its_code_a_filter_is_refused_and_nothing_of_it_stays(
         monkeypatch.undo()
         app.set("filter", "kalman2")
         app.stop()
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("running", ["attitude", "kalman2", "float.kalman"])
+def test_without_room_for_its_numbers_too_the_loop_goes_on_as_it_was(
+    running, board, tmp_path, monkeypatch
+):
+    with Rig(board, Still(), tmp_path) as rig:
+        app = rig.app
+        app.start()
+        app.set("filter", running)
+        rig.port.run_ms(300)
+        from firmware import filters
+
+        def full(*_):
+            raise MemoryError
+
+        was, ticks = app.filter, app.stats()["ticks"]
+        with monkeypatch.context() as patch:
+            patch.setattr(filters, "_made", full)
+            for knobs in (*[{"filter": name} for name in FILTERS if name != running],
+                          {"rate_hz": 500}):  # fmt: skip
+                with pytest.raises(MemoryError):
+                    app.set(*next(iter(knobs.items())))
+                rig.port.run_ms(100)
+                assert app.running and not app.stale and app.filter is was
+                assert app.config.filter == running and app.config.rate_hz == 250
+        assert app.stats()["ticks"] > ticks + 100
+        app.set("rate_hz", 500)
+        rig.port.run_ms(100)
+        assert app.running and not app.stale
+        app.stop()
