@@ -471,17 +471,10 @@ class App:
 
     def _level(self, imu):
         filters.forget_unused()
-        path = self.config.calibration_path
-        with Briefly("firmware.levelling", *_CALIBRATING):
+        with Briefly("firmware.levelling", *_FILES):
             from firmware.levelling import level
 
-            made = level(imu, path)
-        gc.collect()  # a file wants a kilobyte in one piece
-        with Briefly(*_FILES):
-            from firmware.calibration import save_calibration
-
-            save_calibration(made, path)
-        return "saved"
+            return level(imu, self.config.calibration_path)
 
     def forget_scale(self):
         """The gyro's scale is unknown again: as learned in motion, and as stored. OSError."""

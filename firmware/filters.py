@@ -10,10 +10,6 @@ import gc
 
 from firmware.briefly import Briefly, Lasting
 
-_NO_ROOM = (
-    "the heap has no room for %s beside what is loaded: app.config.set('filter', '%s'), "
-    "app.save() and Ctrl-D start with it"
-)
 _loaded = {}  # type: dict  # knob filter: (class, what it is told first)
 _used = {}  # type: dict  # the bit of an App: the knob filter that it runs with
 
@@ -88,22 +84,12 @@ def _made(kind, of, rate_hz, values):
 def load(name):
     """(class, what it is told first) of the filter of this name. MemoryError where not even the
     code of others, which nobody runs, makes room."""
-    if name not in _loaded and not _try(name):
-        forget_unused()
-        if not _try(name):
-            raise MemoryError(_NO_ROOM % (name, name))
-    return _loaded[name]
-
-
-def _try(name):
-    try:
+    if name not in _loaded:
         with Briefly("firmware.loading"), Lasting():
             from firmware.loading import load
 
-            _loaded[name] = load(name)
-    except MemoryError:
-        return False
-    return True
+            load(name, _loaded, _used)
+    return _loaded[name]
 
 
 def use(mask, name):
@@ -120,15 +106,9 @@ def leave(room):
 
 
 def forget_unused():
-    """The code of filters that no App runs with is heap again, but that of attitude: its pieces
-    are too large to find room again in a heap that was used."""
-    kept = list(_used.values()) + ["attitude"]
-    gone = [name for name in _loaded if name not in kept]
-    if gone:
-        with Briefly("firmware.loading"):
-            from firmware.loading import unload
+    """The code of filters that no App runs with is heap again, but that of attitude."""
+    with Briefly("firmware.loading"):
+        from firmware.loading import unload
 
-            unload(gone, kept)
-        for name in gone:
-            del _loaded[name]
+        unload(_loaded, _used)
     gc.collect()

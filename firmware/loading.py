@@ -63,12 +63,32 @@ _FEW_KB = const(9)  # the others'
 _free = getattr(gc, "mem_free", None)  # a PC, which has enough, knows no such number
 
 
-def load(name):
-    """(class, what it is told first) of the filter of this name. MemoryError, at once where it is
-    clear, since a heap that gets full is searched again and again before that is said."""
+_NO_ROOM = (
+    "the heap has no room for %s beside what is loaded: app.config.set('filter', '%s'), "
+    "app.save() and Ctrl-D start with it"
+)
+
+
+def load(name, loaded, used):
+    """loaded[name] becomes (class, what it is told first) of the filter of this name. MemoryError
+    where there is no room, not even without the code of those in `loaded` that are not in `used`,
+    {bit of an App: the filter that it runs with}."""
+    for last in (False, True):
+        try:
+            loaded[name] = _load(name)
+            return
+        except MemoryError:
+            if last:
+                raise MemoryError(_NO_ROOM % (name, name)) from None
+        unload(loaded, used)
+        gc.collect()
+
+
+def _load(name):
     new = [part for part in PARTS[name] if part not in sys.modules]
     if PARTS[name][-1] in new:
         gc.collect()
+        # said at once where it is clear: a heap that gets full is searched again and again
         if _free and _free() < 1000 * _KB.get(name, _FEW_KB):
             raise MemoryError
     try:
@@ -83,10 +103,14 @@ def load(name):
     return kind, ()
 
 
-def unload(names, kept):
-    """The code of the filters `names`, but for what those in `kept` need, is heap again."""
-    for name in names:
-        forget([part for part in PARTS[name] if not _needed(part, kept)])
+def unload(loaded, used):
+    """The code of filters in `loaded` that are not in `used` is heap again, but that of attitude:
+    its pieces are too large to find room again in a heap that was used."""
+    kept = list(used.values()) + ["attitude"]
+    for name in list(loaded):
+        if name not in kept:
+            forget([part for part in PARTS[name] if not _needed(part, kept)])
+            del loaded[name]
 
 
 def _needed(part, names):

@@ -37,8 +37,10 @@ def test_no_import_of_a_filters_code_is_within_another_one(name, fresh, monkeypa
 
     from firmware.loading import load
 
+    loaded = {}
     monkeypatch.setattr(importlib.machinery.SourceFileLoader, "exec_module", watched)
-    kind, of = load(name)
+    load(name, loaded, {})
+    kind, of = loaded[name]
     assert kind.timed == name.startswith("float.")
     assert len(of) == (name in ("float.kalman", "float.complementary"))
     compiled = [("attitude.fixed", "attitude.fixed.compiler_check")]
