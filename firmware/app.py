@@ -198,7 +198,7 @@ class App:
             from firmware.first import begin
 
             gc.collect()  # else each call with a large frame searches a heap full of rests
-            beside_app()
+            beside_app(self.tick_kind == "soft")
             gc.threshold(-1)
             begin(self, began.still)
         self._running.append(self)

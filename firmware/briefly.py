@@ -56,8 +56,9 @@ def forget(names):
                 delattr(sys.modules[package], own)
 
 
-def beside_app():
-    """From now on what is loaded is so beside an app that runs.
+def beside_app(soft):
+    """From now on what is loaded is so beside an app that runs; soft: each moment of that holds up
+    its ticks.
 
     MicroPython keeps each name that it has heard, in pools of 20, 40, ... 640; the one for the
     1261st takes 9 KB in one piece. A short heap has that for the first code that is loaded then,
@@ -65,6 +66,8 @@ def beside_app():
     """
     if gc.mem_free() < _SHORT:
         _due.append(1)
+        if soft:
+            _names_ahead()
 
 
 def _names_ahead():

@@ -29,7 +29,7 @@ _AT_REST = const(11)  # firmware.tick.estimate
 # on the same 8 KB and wants 2560 of them (firmware.stack); for so many ticks at most
 _DEEP = const(1600)
 _PUT_OFF = const(20)
-_FULL = const(5120)  # of the 8 KB of an RP2: no room for a mending or a look either
+_FULL = const(4900)  # of the 8 KB of an RP2: no room for a mending or a look either
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
 _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
 _CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace

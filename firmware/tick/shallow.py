@@ -6,7 +6,7 @@ from micropython import const
 
 # of 8 KB: where so many are in use, a tick with a float filter, a collection in it and an
 # interrupt in that would come to their end, which nothing checks: the board stands, or goes mad
-_DEEP = const(5120)
+_DEEP = const(4900)
 
 
 def over(callback):

@@ -11,7 +11,7 @@ from tools.virtual.pico import PicoError, VirtualPico
 
 LEFT = 15_000  # bytes of heap, for a program of one's own
 PIECE = 1_200  # in one piece: a file that is opened takes 1148
-STACK = 1_000  # bytes of 8192 that nothing ever touched
+STACK = 500  # bytes of 8192 that nothing ever touched; MicroPython itself keeps 256
 VERBS = """\
 app.stats()
 app.report()
