@@ -23,7 +23,7 @@ from micropython import const
 
 from firmware import board as boards
 from firmware import bus, filters, learning, sample, settings, wiring
-from firmware.briefly import Briefly, Lasting, beside_app
+from firmware.briefly import Briefly, Lasting
 from firmware.config import Config, defaults
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
@@ -52,11 +52,7 @@ _CALIBRATING = (
     "firmware.calibrating", "calibration.mounting", "calibration.poses", "calibration.solve",
     "calibration.rest",
 ) + _FILES  # fmt: skip
-_REPORT = ("firmware.report", "mpu6050.selftest")
-_FIND = ("firmware.startup", "firmware.first")
-_START = _FIND + ("firmware.beginning", "calibration.rest") + _REPORT + _FILES
-_CLAIMS = ("attitude.fixed.attitude.claims", "attitude.bounds")
-_ROOM = const(16000)  # bytes, for a program of the user's
+_START = ("firmware.beginning", "firmware.startup", "calibration.rest") + _FILES
 _UNDO = const(20)
 _CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
@@ -182,25 +178,21 @@ class App:
         self.board.use(self.config)
         settings.check(self.config, self.board)
         with Briefly(*_START):
+            from firmware import startup  # until the first sample
+
             self._find_sensor()
             began = self._find_bias()
             self.calibration = began.calibration
             for text in self.warnings + began.warnings + self.board.warnings():
                 print("warning:", text)
             self.warnings = began.warnings
-        gc.collect()  # what stays comes after what goes: else it is islands in the heap
-        wiring.adopt_sensor(self, began.known)
-        wiring.settle(self)
-        wiring.wire(self, None, wiring.made(self))
+            wiring.adopt_sensor(self, began.known)
+            wiring.settle(self)
+            wiring.wire(self, None)
         self._watch()
-        self.filter.standing()  # loads what the first sample shall not wait for
-        with Briefly("firmware.first"):
-            from firmware.first import begin
-
-            gc.collect()  # else each call with a large frame searches a heap full of rests
-            beside_app(self.tick_kind == "soft")
-            gc.threshold(-1)
-            begin(self, began.still)
+        gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
+        gc.threshold(-1)
+        startup.begin(self, began.still)
         self._running.append(self)
         self.loop.start()
 
@@ -234,7 +226,7 @@ class App:
     def _keep_learned(self):
         learned = self.learning.learned()
         if learned or hasattr(self.filter, "calibration_learned"):
-            with Briefly(*_CLAIMS + _FILES):
+            with Briefly(*_FILES):
                 from firmware.calibration import keep_learned, scale_learned
 
                 scale = scale_learned(self.filter, self.calibration)
@@ -253,7 +245,7 @@ class App:
         """`imu` is there and measures as the knobs say. OSError says what to check."""
         self.board.use(self.config)
         self.bus = bus.of(self.board.i2c_id)
-        with Briefly(*_FIND):
+        with Briefly("firmware.startup"):
             from firmware import startup
 
             startup.check(self, self._running)
@@ -290,9 +282,6 @@ class App:
         try:
             for name in values:
                 config.set(name, values[name])
-            if "filter" in values:
-                filters.load(config.filter)  # here, where the stack is still far from its end
-                self._tidy()
             allowed = True
             self._apply(values, before)
             past = self._past[1 - _UNDO :] + [{name: before[name] for name in values}]
@@ -318,10 +307,8 @@ class App:
 
     def _tidy(self, name=None):
         """What stays shall not be strewn over the heap, behind garbage. False where it is there
-        already, the module of this name, and where soft ticks would wait for collections; those
-        of a float filter do anyway."""
-        soft = self.running and self.tick_kind != "hard" and not self.filter.timed
-        if soft or name in sys.modules:
+        already, the module of this name, and where soft ticks would wait for collections."""
+        if name in sys.modules or (self.running and self.tick_kind != "hard"):
             return False
         gc.collect()
         return True
@@ -361,12 +348,10 @@ class App:
             wiring.change(self, pace)
         else:
             if "filter" in names:
-                wiring.renew(self)
+                wiring.renew(self, self.filter)
             elif _any(names, filters.SETTINGS[config.filter]):
                 wiring.prepare(self, settings=filters.settings(config, self.imu))
             wiring.settle(self)
-        if "filter" in names:
-            filters.leave(_ROOM)
         if _any([name.split("_")[0] for name in names], self._attached):
             self.outputs.tune(self.period_us)
         if "watchdog_ms" in names:
@@ -470,11 +455,12 @@ class App:
         return self.paused(self._level)
 
     def _level(self, imu):
-        filters.forget_unused()
-        with Briefly("firmware.levelling", *_FILES):
-            from firmware.levelling import level
+        with Briefly(*_CALIBRATING):
+            from firmware.calibrating import Calibrating
 
-            return level(imu, self.config.calibration_path)
+            steps = Calibrating(imu, self.config.calibration_path)
+            steps.here()
+            return steps.save()
 
     def forget_scale(self):
         """The gyro's scale is unknown again: as learned in motion, and as stored. OSError."""
@@ -515,19 +501,19 @@ class App:
         return sample.make(words, self.imu.accel_lsb_per_g, self.age_us, self.stale)
 
     def stats(self):
-        """Timing, faults by cause and what else is counted, as a dict (firmware.stats)."""
-        with Lasting(self._tidy("firmware.stats")):
-            from firmware.stats import stats
+        """Timing, faults by cause and what else is counted, as a dict (firmware.report)."""
+        with Lasting(self._tidy("firmware.report")):
+            from firmware.report import stats
 
         return stats(self)
 
     def report(self):
         """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
         self._must_run()
-        with Briefly(*_REPORT + _CLAIMS):
+        with Lasting(self._tidy("firmware.report")):
             from firmware.report import report
 
-            return report(self)
+        return report(self)
 
     def watch(self, seconds=None):
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
@@ -543,10 +529,9 @@ class App:
 
     def self_test(self):
         """(passed, a line for each axis) of the chip's self-test, at rest; the loop pauses."""
-        with Briefly(*_REPORT):
-            from firmware.report import tested
+        from firmware.report import tested
 
-            return self.paused(tested)
+        return self.paused(tested)
 
     def calibrating(self):
         """The steps of a calibration (firmware.calibrating); ends the loop, start() goes on."""
@@ -554,7 +539,6 @@ class App:
         self._calm = Feeding(self, _CALIBRATING_S)
         self._calm.__enter__()
         self._find_sensor()
-        filters.forget_unused()
         with Briefly(*_CALIBRATING):  # the steps hold what they need
             from firmware.calibrating import Calibrating
 

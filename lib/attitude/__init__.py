@@ -8,8 +8,8 @@ holds one filter in RAM.
 _HOME = {
     "Attitude": "attitude",
     "Complementary": "complementary",
-    "FloatAttitude": "float_attitude",
-    "FloatTilt": "float_tilt",
+    "FloatAttitude": "from_counts",
+    "FloatTilt": "from_counts",
     "Kalman1D": "kalman1d",
     "KalmanND": "kalman_nd",
     "KalmanTilt": "kalman_tilt",
