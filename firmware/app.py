@@ -188,7 +188,7 @@ class App:
             self.warnings = began.warnings
             wiring.adopt_sensor(self, began.known)
             wiring.settle(self)
-            wiring.wire(self, None)
+            wiring.wire(self, None, wiring.made(self))
         self._watch()
         gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
         gc.threshold(-1)
@@ -348,7 +348,7 @@ class App:
             wiring.change(self, pace)
         else:
             if "filter" in names:
-                wiring.renew(self, self.filter)
+                wiring.renew(self)
             elif _any(names, filters.SETTINGS[config.filter]):
                 wiring.prepare(self, settings=filters.settings(config, self.imu))
             wiring.settle(self)

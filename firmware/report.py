@@ -37,13 +37,21 @@ class Stats(dict):
     _GROUPS = ("period", "jitter", "late", "step", "output", "telemetry")
 
     def __repr__(self):
-        lines: dict = {}
-        for name in sorted(self):
-            group = name.split("_")[0]
-            group = group if group in self._GROUPS else ""
-            lines.setdefault(group, []).append("%r: %r" % (name, self[name]))
-        rows = [", ".join(lines[group]) for group in sorted(lines)]
+        rows = []
+        for group in ("",) + self._GROUPS:
+            row = []
+            for name in sorted(self):
+                if group == self._of(name):
+                    row.append("%r: %r" % (name, self[name]))
+            if row:
+                rows.append(", ".join(row))
         return "{%s}" % ",\n ".join(rows)
+
+    def _of(self, name):  # split() would make a heap full of pieces
+        for group in self._GROUPS:
+            if name.startswith(group):
+                return group
+        return ""
 
 
 def stats(app):

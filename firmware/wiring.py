@@ -79,8 +79,8 @@ def settle(app):
     app.telemetry.set_format(config.telemetry_format)
 
 
-def wire(app, old):
-    """The loop and the tick for the app's knobs, with a filter that goes on from `old`."""
+def wire(app, old, new):
+    """The loop and the tick for the app's knobs, with a filter `new` that goes on from `old`."""
     config, board = app.config, app.board
     on_timer = config.drive == "timer"
     timed = filters.is_timed(config.filter)
@@ -94,7 +94,7 @@ def wire(app, old):
     app.tick_kind = "hard" if hard else "soft"
     bus, mask = app.bus, app.tick.mask
     bus.hard = bus.hard | mask if hard else bus.hard & ~mask
-    rate_hz = config.rate_hz if on_timer else app.imu.rate_hz
+    rate_hz = _rate_hz(app)
     readers = app.loop.readers if app.loop else []
     app.loop = Loop(
         app.tick,
@@ -108,11 +108,21 @@ def wire(app, old):
     )
     app.loop.readers = readers
     app.period_us = app.loop.period_us
-    renew(app, old)
+    go_on(app, old, new)
     among_hard = not hard and board.has_hard(True)
     app.tick.wire(app.imu, app.bus, app.loop.period_us, timed, lead_us, among_hard)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
+
+
+def _rate_hz(app):
+    return app.config.rate_hz if app.config.drive == "timer" else app.imu.rate_hz
+
+
+def made(app):
+    """The filter for the app's knobs and a loop of its own, which is yet to be wired."""
+    period_us = round(1000000 / _rate_hz(app))
+    return filters.make(app.config, app.calibration, app.imu, 1e6 / period_us)
 
 
 def _lead_us(config, board):
@@ -146,11 +156,16 @@ def begin_anew(app):
     words[_YAW_DOUBT] = 180000
 
 
-def renew(app, old):
-    """The filter of the app's knobs, which goes on from where `old` (None: nowhere) stands now,
-    is what the tick works with from now on."""
-    words = app.tick.words
+def renew(app):
+    """A filter of the app's knobs goes on from where the one of now stands."""
     new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    go_on(app, app.filter, new)
+
+
+def go_on(app, old, new):
+    """`new`, which goes on from where `old` (None: nowhere) stands now, is what the tick works
+    with from now on."""
+    words = app.tick.words
     try:
         if old is not None:
             age_us = _pause(app)  # the old one does not move while it is looked at
@@ -212,11 +227,12 @@ def change(app, pace):
     with app.bus:
         settings.set_up(imu, config)
         if pace:
+            new = made(app)  # before the loop stands: there may be no room for it
             app.loop.stop()
             app.bus.forget(app.tick.mask)
-            wire(app, app.filter)
+            wire(app, app.filter, new)
         else:
-            renew(app, app.filter)
+            renew(app)
         settle(app)
         words[_ODD] = 1
     if pace and running:
@@ -250,5 +266,5 @@ def follow(app, period_us):
     try:
         prepare(app, period_us=period_us)
     except ValueError:  # further off than its coefficients reach: one made for it
-        renew(app, app.filter)
+        renew(app)
     app.outputs.tune(period_us)
