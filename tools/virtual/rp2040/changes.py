@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What is changed in the emulator's sources (rp2040py 0.3.6), so that it is quicker.
 
-No change alters what an instruction does, how many cycles it takes or when an alarm rings: the
-same program prints the same at the same nanosecond. What costs is asked less often: Python's
-attributes and calls for each instruction, functions that the compiler cannot see into.
+No change is to alter what an instruction does, how many cycles it takes or when an alarm rings.
+What costs is asked less often: Python's attributes and calls for each instruction, functions that
+the compiler cannot see into.
 """
 
 _NATIVE = "rp2040py/native/"
@@ -161,7 +161,7 @@ cdef inline void write_uint32_le(unsigned char[:] memory, Py_ssize_t at, unsigne
                 pio1._run_due()
 """,
     ),
-    # The divider, which each division of a program asks six times, comes first
+    # The divider, of which each division of a program asks much, comes first
     (
         _SIO,
         "        if offset == GPIO_IN:\n",
