@@ -230,6 +230,13 @@ class Attitude(Orientation):
         """The same with another attitude."""
         self._q = q
 
+    def bridged(self):
+        """A gap has been bridged by place(): while the mean levels, nothing of before it is in
+        it."""
+        if self._slow.young:
+            self._sum = [0.0] * 6
+            self._block_s = 0.0
+
     def forget_yaw(self):
         """Yaw counts from here: what it was off by is no more."""
         self._slow.forget_yaw()

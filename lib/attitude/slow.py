@@ -89,6 +89,11 @@ class Slow:
         self._change = None  # of the errors, by the last look
         self._held = [0.0, 0.0]  # of the yaw, taken off at rest since its bias was kept, before
 
+    @property
+    def young(self):
+        """While the mean alone levels."""
+        return self._age_s < _YOUNG_S
+
     def over_range(self):
         """The gyro has lost a part of a turn: as unsure as just after the start."""
         if self._age_s > 2.0 * _YOUNG_S:
@@ -108,7 +113,7 @@ class Slow:
         rates = [radians(rate) - bias for rate, bias in zip(now, learning.bias)]
         wild = max([abs(rate) for rate in rates]) * span_s > _WILD
         accel = now[3:]
-        if self._age_s < _YOUNG_S:  # later what a turn smears passes for acceleration
+        if self.young:  # later what a turn smears passes for acceleration
             accel = _at_the_end(accel, rates, span_s)
         self.up.update(q, None if wild else accel, span_s)
         q = self._level(q, span_s)
@@ -167,7 +172,7 @@ class Slow:
 
     def _level(self, q, span_s):
         """Young, the mean is up; later a lost attitude starts again."""
-        young = self._age_s < _YOUNG_S
+        young = self.young
         found = self.up.levelled(q) if young else self.up.found(q)
         if young and not found:
             return q  # no gravity has been seen yet
@@ -192,7 +197,7 @@ class Slow:
     def _gain_now(self):
         """In rad/s. None at first (the mean levels), then high until the age is 2 tau_s; the
         faster, the more the gyro may err beside what accelerations do."""
-        if self._age_s < _YOUNG_S:
+        if self.young:
             return 0.0
         errs = self.tau_s * self.learning.rate_sigma(self._squares)
         faster = sqrt(_FASTER * errs / (_FASTER_G + _SHAKEN * self.up.level_g))

@@ -103,10 +103,10 @@
 # 179     K_HALF      2^(K_SHIFT - 1), to round                                                pace
 # 180     MOST_G      of a position that corrects, g * 2^24                             pace, level
 # 181     LEFT        time until the block is full, nominal samples Q15           step, slow, level
-# 182     COUNT       samples in this block so far                                step, slow, level
+# 182     COUNT       samples in this block so far                          step, slow, level, turn
 # 183     OVER        the gyro was over its range in this block                   step, pace, level
 # 184     STUCK       the accelerometer was over its range in this block          step, pace, level
-# 185-190 SUM         of the block: inc with the bias in it, calibrated counts           step, slow
+# 185-190 SUM         of the block: inc with the bias in it, calibrated counts     step, slow, turn
 # 191-196 MEAN        sums of the last half second, the accelerometer's in Q6                  slow
 # 197-199 FIRST       the accelerometer's when it became still                                 slow
 # 200     KEPT        since it changed                                                         slow

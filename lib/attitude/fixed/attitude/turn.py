@@ -16,6 +16,7 @@ _LAG_PRE = const(29)
 _LAG = const(30)
 _LAG_POST = const(31)
 _ONE = const(32)
+_YOUNG = const(47)
 _W = const(76)
 _X = const(77)
 _Y = const(78)
@@ -26,6 +27,9 @@ _BIAS = const(81)
 _ROLL = const(155)
 _USED = const(84)
 _YAW = const(157)
+_COUNT = const(182)
+_SUM = const(185)
+_AGE = const(208)
 _EVENT = const(221)
 _HIDDEN = const(363)
 _SEEN_US = const(20000)  # over which a straight line is as good as samples
@@ -97,6 +101,12 @@ def turn(self, before: ptr16, after: ptr16, dt_us: int):
         f = (dt_us << 4) // period16
         k = ((most >> 14) * f >> 5) + ((change >> 14) * f >> 3)
         s[_HIDDEN] = k if k < _MOST_HIDDEN else _MOST_HIDDEN
+        if s[_AGE] < s[_YOUNG]:  # the mean levels: nothing of before the gap is in it
+            s[_COUNT] = 0
+            row = _SUM
+            while row < _SUM + 6:
+                s[row] = 0
+                row += 1
     if n > _STEPS:
         n = _STEPS
     r = ((dt_us << 4) // n << 6) // (period16 >> 4)
