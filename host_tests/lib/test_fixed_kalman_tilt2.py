@@ -6,6 +6,7 @@ from array import array
 import numpy as np
 import pytest
 from attitude.fixed import KalmanTilt2
+from attitude.fixed.gains import gain_rows
 
 from host_tests.lib.fixed_inputs import Skewed, recorded
 
@@ -62,6 +63,32 @@ def run(filt, rows):
 
 def rms(difference):
     return np.sqrt(np.mean(wrap(difference) ** 2, axis=0)).max()
+
+
+@pytest.mark.parametrize("rate_hz", [80, 250, 1000])
+@pytest.mark.parametrize(
+    "q_angle, q_bias, r", [(0.001, 0.003, 0.03), (0.1, 0.001, 0.5), (1e-5, 1e-6, 0.001)]
+)
+def test_the_gains_are_those_of_the_recursion_sample_by_sample(rate_hz, q_angle, q_bias, r):
+    table, shift0, shift1 = gain_rows(rate_hz, q_angle, q_bias, r)
+    dt = 1.0 / rate_hz
+    f, p = np.array([[1.0, -dt], [0.0, 1.0]]), np.zeros((2, 2))
+    k0, k1 = table[:2]
+    knots = {0}
+    for n in table[2::3]:
+        knots.add(max(knots) + n)
+    steps = iter(zip(table[2::3], table[3::3], table[4::3], strict=True))
+    for n in range(max(knots) + 1):
+        p = f @ p @ f.T + np.diag([q_angle, q_bias]) * dt
+        gain = p[:, 0] / (p[0, 0] + r)
+        p = p - np.outer(gain, p[0])
+        if n in knots:
+            assert k0 / 2 ** (30 + shift0) == pytest.approx(gain[0], rel=1e-4)
+            assert k1 / 2 ** (30 + shift1) / 64 * rate_hz == pytest.approx(
+                gain[1], rel=1e-4, abs=1e-9
+            )
+            samples, d0, d1 = next(steps)
+            k0, k1 = k0 + samples * d0, k1 + samples * d1
 
 
 @pytest.mark.parametrize(

@@ -66,25 +66,63 @@ def _scaling(values):
 
 
 def _knots(dt_s, q_angle, q_bias, r_measure):
-    """(sample, k0, k1) from the recursion of paper 000, eqs. 18-27, starting with P = 0."""
-    p00 = p01 = p11 = 0.0
+    """(sample, k0, k1) of the recursion of paper 000, eqs. 18-27, starting with P = 0.
+
+    P before one sample goes to P before the one 2^k later by H + A' P (1 + G P)^-1 A, whose A, G
+    and H make those of twice as long: the doubling algorithm of Riccati equations. Sample by
+    sample it would take a board seconds.
+    """
+    p = (dt_s * q_angle, 0.0, 0.0, dt_s * q_bias)
+    steps = [((1.0, 0.0, -dt_s, 1.0), (1.0 / r_measure, 0.0, 0.0, 0.0), p)]
     knots = []
-    n = due = 0
+    n = 0
     while True:
-        p00 += dt_s * (dt_s * p11 - p01 - p01 + q_angle)
-        p01 -= dt_s * p11
-        p11 += dt_s * q_bias
-        s = p00 + r_measure
-        k0 = p00 / s
-        k1 = p01 / s
-        p11 -= k1 * p01
-        p01 -= k0 * p01
-        p00 -= k0 * p00
-        if n == due:
-            knots.append((n, k0, k1))
-            if n * dt_s > 30.0 or (
-                len(knots) > 8 and abs(k1 - knots[-2][2]) <= _SETTLED * abs(k1)
-            ):
-                return knots
-            due = int(n * _RATIO) + 2
-        n += 1
+        s = p[0] + r_measure
+        k1 = p[1] / s
+        knots.append((n, p[0] / s, k1))
+        if n * dt_s > 30.0 or (len(knots) > 8 and abs(k1 - knots[-2][2]) <= _SETTLED * abs(k1)):
+            return knots
+        due = int(n * _RATIO) + 2
+        left, k = due - n, 0
+        n = due
+        while left:
+            if k == len(steps):
+                steps.append(_twice(*steps[-1]))
+            if left & 1:
+                p = _after(p, *steps[k])
+            left >>= 1
+            k += 1
+
+
+def _twice(a, g, h):
+    """A, G and H of twice as many samples."""
+    turned = a[0], a[2], a[1], a[3]
+    return _times(_times(a, _inverse(g, h)), a), _after(g, turned, h, g), _after(h, a, g, h)
+
+
+def _after(p, a, g, h):
+    """H + A' P (1 + G P)^-1 A."""
+    x, y, z, w = _times(_times(p, _inverse(g, p)), a)
+    return (
+        h[0] + a[0] * x + a[2] * z,
+        h[1] + a[0] * y + a[2] * w,
+        h[2] + a[1] * x + a[3] * z,
+        h[3] + a[1] * y + a[3] * w,
+    )
+
+
+def _inverse(g, p):
+    """(1 + G P)^-1"""
+    a, b, c, d = _times(g, p)
+    n = (1.0 + a) * (1.0 + d) - b * c
+    return (1.0 + d) / n, -b / n, -c / n, (1.0 + a) / n
+
+
+def _times(a, b):
+    """The product of two matrices, row by row."""
+    return (
+        a[0] * b[0] + a[1] * b[2],
+        a[0] * b[1] + a[1] * b[3],
+        a[2] * b[0] + a[3] * b[2],
+        a[2] * b[1] + a[3] * b[3],
+    )
