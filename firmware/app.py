@@ -23,7 +23,7 @@ from micropython import const
 
 from firmware import board as boards
 from firmware import bus, filters, learning, sample, settings, wiring
-from firmware.briefly import Briefly, Lasting
+from firmware.briefly import Briefly, Lasting, hear_names
 from firmware.config import Config, defaults
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
@@ -52,7 +52,12 @@ _CALIBRATING = (
     "firmware.calibrating", "calibration.mounting", "calibration.poses", "calibration.solve",
     "calibration.rest",
 ) + _FILES  # fmt: skip
-_START = ("firmware.beginning", "firmware.startup", "calibration.rest") + _FILES
+_REPORT = ("firmware.report", "mpu6050.selftest")
+_FIND = ("firmware.startup", "firmware.first")
+_START = _FIND + ("firmware.beginning", "calibration.rest") + _REPORT + _FILES
+_CLAIMS = ("attitude.fixed.attitude.claims", "attitude.bounds")
+_ROOM = const(16000)  # bytes, for a program of the user's
+_CODE = const(36000)  # what a start loads for a moment, and room for it
 _UNDO = const(20)
 _CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
 _CALIBRATING_S = const(900)
@@ -168,6 +173,8 @@ class App:
             gc.threshold(before)
             if ran or isinstance(error, KeyboardInterrupt):
                 print("stopped: app.start() begins anew")
+            if isinstance(error, MemoryError):
+                print("the heap has no room for it in one piece: app.save(), then Ctrl-D")
             raise
 
     def _start(self):
@@ -177,22 +184,26 @@ class App:
         self.board.check_version()
         self.board.use(self.config)
         settings.check(self.config, self.board)
+        filters.leave(_CODE)
         with Briefly(*_START):
-            from firmware import startup  # until the first sample
-
             self._find_sensor()
             began = self._find_bias()
             self.calibration = began.calibration
             for text in self.warnings + began.warnings + self.board.warnings():
                 print("warning:", text)
             self.warnings = began.warnings
-            wiring.adopt_sensor(self, began.known)
-            wiring.settle(self)
-            wiring.wire(self, None, wiring.made(self))
+        gc.collect()  # what stays comes after what goes: else it is islands in the heap
+        wiring.adopt_sensor(self, began.known)
+        wiring.settle(self)
+        wiring.wire(self, None, wiring.made(self))
         self._watch()
-        gc.collect()  # else each call with a large frame searches a heap full of start-up's rests
-        gc.threshold(-1)
-        startup.begin(self, began.still)
+        self.filter.standing()  # loads what the first sample shall not wait for
+        with Briefly("firmware.first"):
+            from firmware.first import begin
+
+            gc.collect()  # else each call with a large frame searches a heap full of rests
+            gc.threshold(-1)
+            begin(self, began.still)
         self._running.append(self)
         self.loop.start()
 
@@ -226,7 +237,7 @@ class App:
     def _keep_learned(self):
         learned = self.learning.learned()
         if learned or hasattr(self.filter, "calibration_learned"):
-            with Briefly(*_FILES):
+            with Briefly(*_CLAIMS + _FILES):
                 from firmware.calibration import keep_learned, scale_learned
 
                 scale = scale_learned(self.filter, self.calibration)
@@ -245,7 +256,7 @@ class App:
         """`imu` is there and measures as the knobs say. OSError says what to check."""
         self.board.use(self.config)
         self.bus = bus.of(self.board.i2c_id)
-        with Briefly("firmware.startup"):
+        with Briefly(*_FIND):
             from firmware import startup
 
             startup.check(self, self._running)
@@ -275,16 +286,20 @@ class App:
 
     def _change(self, values):
         """All of these knobs, or none."""
-        self._tidy()
+        if not _any(values, PACE):  # else later, for what stays is made later
+            self.tidy()
         config = self.config
         before, running = config.values(), self.running
+        past = self._past[1 - _UNDO :] + [{name: before.get(name) for name in values}]
         allowed, kept = False, before
         try:
             for name in values:
                 config.set(name, values[name])
+            if "filter" in values:
+                hear_names()
+                filters.load(config.filter)  # here, where the stack is still far from its end
             allowed = True
             self._apply(values, before)
-            past = self._past[1 - _UNDO :] + [{name: before[name] for name in values}]
             if self._stream:
                 for name in values:
                     self._stream.changed(None if name in ALL_OVER else name)
@@ -299,16 +314,19 @@ class App:
     def stream(self):
         """The firmware.stream.Stream, loaded when somebody wants it."""
         if not self._stream:
-            with Lasting(self._tidy()):
+            hear_names()
+            with Lasting(self.tidy()):
                 from firmware.stream import Stream
 
                 self._stream = Stream(self)
         return self._stream
 
-    def _tidy(self, name=None):
+    def tidy(self, name=None):
         """What stays shall not be strewn over the heap, behind garbage. False where it is there
-        already, the module of this name, and where soft ticks would wait for collections."""
-        if name in sys.modules or (self.running and self.tick_kind != "hard"):
+        already, the module of this name, and where soft ticks would wait for collections; those
+        of a float filter do anyway."""
+        soft = self.running and self.tick_kind != "hard" and not self.filter.timed
+        if soft or name in sys.modules:
             return False
         gc.collect()
         return True
@@ -348,10 +366,13 @@ class App:
             wiring.change(self, pace)
         else:
             if "filter" in names:
+                self.tidy()
                 wiring.renew(self)
             elif _any(names, filters.SETTINGS[config.filter]):
                 wiring.prepare(self, settings=filters.settings(config, self.imu))
             wiring.settle(self)
+        if "filter" in names:
+            filters.leave(_ROOM)
         if _any([name.split("_")[0] for name in names], self._attached):
             self.outputs.tune(self.period_us)
         if "watchdog_ms" in names:
@@ -455,12 +476,11 @@ class App:
         return self.paused(self._level)
 
     def _level(self, imu):
-        with Briefly(*_CALIBRATING):
-            from firmware.calibrating import Calibrating
+        filters.forget_unused()
+        with Briefly("firmware.levelling", *_FILES):
+            from firmware.levelling import level
 
-            steps = Calibrating(imu, self.config.calibration_path)
-            steps.here()
-            return steps.save()
+            return level(imu, self.config.calibration_path)
 
     def forget_scale(self):
         """The gyro's scale is unknown again: as learned in motion, and as stored. OSError."""
@@ -501,19 +521,19 @@ class App:
         return sample.make(words, self.imu.accel_lsb_per_g, self.age_us, self.stale)
 
     def stats(self):
-        """Timing, faults by cause and what else is counted, as a dict (firmware.report)."""
-        with Lasting(self._tidy("firmware.report")):
-            from firmware.report import stats
+        """Timing, faults by cause and what else is counted, as a dict (firmware.stats)."""
+        with Lasting(self.tidy("firmware.stats")):
+            from firmware.stats import stats
 
         return stats(self)
 
     def report(self):
         """How the sensor is (firmware.report), as a dict; takes half a second, best at rest."""
         self._must_run()
-        with Lasting(self._tidy("firmware.report")):
+        with Briefly(*_REPORT + _CLAIMS):
             from firmware.report import report
 
-        return report(self)
+            return report(self)
 
     def watch(self, seconds=None):
         """Print the angles until a key is pressed (or for some seconds); the loop runs on."""
@@ -529,9 +549,13 @@ class App:
 
     def self_test(self):
         """(passed, a line for each axis) of the chip's self-test, at rest; the loop pauses."""
-        from firmware.report import tested
+        return self.paused(self._tested)
 
-        return self.paused(tested)
+    def _tested(self, imu):
+        with Briefly(*_REPORT):
+            from firmware.report import tested
+
+            return tested(imu)
 
     def calibrating(self):
         """The steps of a calibration (firmware.calibrating); ends the loop, start() goes on."""
@@ -539,6 +563,8 @@ class App:
         self._calm = Feeding(self, _CALIBRATING_S)
         self._calm.__enter__()
         self._find_sensor()
+        hear_names()
+        filters.forget_unused()
         with Briefly(*_CALIBRATING):  # the steps hold what they need
             from firmware.calibrating import Calibrating
 

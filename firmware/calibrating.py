@@ -9,7 +9,7 @@ c.level(); c.nose_up()  # how the sensor sits in the robot; level(2) where no pl
 c.save("2026-05-01")
 """
 
-from calibration import IDENTITY, mounting
+from calibration import mounting
 from calibration.poses import Poses, with_slopes
 from calibration.rest import gyro_bias, rest
 
@@ -91,11 +91,6 @@ class Calibrating:
         self.cal = self.cal.mounted(rotation)
         self._level = []
         return "forward is %s, up is %s, %.1f degrees from square" % mounting.nearest(rotation)
-
-    def here(self, seconds=1.0):
-        """The robot stands level here: the mounting, turned by what the tilt still is."""
-        self.cal = self.cal.mounted(mounting.refine(IDENTITY, self._up(seconds)))
-        return "level"
 
     def save(self, date=""):
         """Store it. After solve(), and with a stored one of the same part 10 degC away, the biases

@@ -6,9 +6,16 @@ update(counts, dt_us) with the measured time (float, `timed`), `out`, swap(), ke
 relevel(), zero_yaw(); and for the foreground prepare() and go_on_from().
 """
 
-from firmware.briefly import Lasting
+import gc
+
+from firmware.briefly import Briefly, Lasting
 
 _loaded = {}  # type: dict  # knob filter: (class, what it is told first)
+_used = {}  # type: dict  # the bit of an App: the knob filter that it runs with
+_NO_ROOM = (
+    "the heap has no room for %s beside what is loaded: app.config.set('filter', '%s'), "
+    "app.save() and Ctrl-D start with it"
+)
 
 _ATTITUDE = {
     "attitude_tau_s": "tau_s",
@@ -56,35 +63,59 @@ def is_timed(name):
 def make(config, calibration, imu, rate_hz):
     """The filter that `config` asks for, calibrated, in its start state, for samples that come
     rate_hz times a second."""
-    name = config.filter
     values = settings(config, imu)
     values["gyro_dps"] = imu.gyro_range_dps
     values["accel_g"] = imu.accel_range_g
-    if name not in _loaded:
-        with Lasting():
-            _loaded[name] = _load(name)
-    kind, of = _loaded[name]
-    made = kind(*of, rate_hz, **values)
-    made.calibrate(calibration)
+    kind, of = load(config.filter)
+    often = gc.threshold()
+    gc.threshold(-1)  # kalman2's gains are a megabyte of floats
+    try:
+        made = _made(kind, of, rate_hz, values)
+        made.calibrate(calibration)
+    finally:
+        gc.threshold(often)
     return made
 
 
-def _load(name):
-    """(class, what it is told first) of the filter of this name."""
-    if name == "attitude":
-        from attitude.fixed import Attitude
+def _made(kind, of, rate_hz, values):
+    try:
+        return kind(*of, rate_hz, **values)
+    except MemoryError:  # no piece for its arrays
+        forget_unused()
+    return kind(*of, rate_hz, **values)
 
-        return Attitude, ()
-    if name == "kalman2":
-        from attitude.fixed import KalmanTilt2
 
-        return KalmanTilt2, ()
-    from attitude.from_counts import FloatAttitude, FloatTilt
+def load(name):
+    """(class, what it is told first) of the filter of this name. MemoryError where not even the
+    code of others, which nobody runs, makes room."""
+    if name not in _loaded:
+        try:
+            with Briefly("firmware.loading"), Lasting():
+                from firmware.loading import load
 
-    if name == "float.attitude":
-        return FloatAttitude, ()
-    if name == "float.kalman":
-        from attitude import KalmanTilt as kind
-    else:
-        from attitude import Complementary as kind
-    return FloatTilt, (kind,)
+                load(name, _loaded, _used)
+        except MemoryError:
+            raise MemoryError(_NO_ROOM % (name, name)) from None
+    return _loaded[name]
+
+
+def use(mask, name):
+    """The App with this bit runs with this one from now on."""
+    _used[mask] = name
+
+
+def leave(room):
+    """Where less than `room` bytes are free, code of filters that nobody runs is heap again."""
+    if gc.mem_free() < room:
+        gc.collect()
+        if gc.mem_free() < room:
+            forget_unused()
+
+
+def forget_unused():
+    """The code of filters that no App runs with is heap again, but that of attitude."""
+    with Briefly("firmware.loading"):
+        from firmware.loading import unload
+
+        unload(_loaded, _used)
+    gc.collect()

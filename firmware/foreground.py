@@ -29,6 +29,7 @@ _AT_REST = const(11)  # firmware.tick.estimate
 # on the same 8 KB and wants 2560 of them (firmware.stack); for so many ticks at most
 _DEEP = const(1600)
 _PUT_OFF = const(20)
+_FULL = const(4900)  # of the 8 KB of an RP2: no room for a mending or a look either
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
 _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
 _CORRECT_EDGES = const(1)  # the same when the sensor's clock sets the pace
@@ -68,8 +69,12 @@ class Foreground:
             return ctrl_c.press()
 
     def _can_wait(self, app):
-        """Whether the program is deep in calls, and nobody waits for each tick; it stays due."""
-        wait = app.tick_kind == "hard" and stack_use() > _DEEP and self._put_off < _PUT_OFF
+        """Whether the program is deep in calls: so deep that there is no room, or nobody waits
+        for each tick. It stays due."""
+        used = stack_use()
+        if used > _FULL and sys.platform == "rp2":
+            return True
+        wait = app.tick_kind == "hard" and used > _DEEP and self._put_off < _PUT_OFF
         wait = wait and not self._busy(app)
         self._put_off = self._put_off + 1 if wait else 0
         return wait

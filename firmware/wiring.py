@@ -121,7 +121,10 @@ def _rate_hz(app):
 
 def made(app):
     """The filter for the app's knobs and a loop of its own, which is yet to be wired."""
-    period_us = round(1000000 / _rate_hz(app))
+    return _made(app, round(1000000 / _rate_hz(app)))
+
+
+def _made(app, period_us):
     return filters.make(app.config, app.calibration, app.imu, 1e6 / period_us)
 
 
@@ -146,7 +149,7 @@ def begin_anew(app):
     """A filter whose bias is unknown, from the attitude that is there, which is not claimed for
     some time; nor is the yaw, until somebody says zero_yaw()."""
     words = app.tick.words
-    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    new = _made(app, app.period_us)
     stands = app.filter.standing()
     if stands:
         new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
@@ -158,8 +161,7 @@ def begin_anew(app):
 
 def renew(app):
     """A filter of the app's knobs goes on from where the one of now stands."""
-    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
-    go_on(app, app.filter, new)
+    go_on(app, app.filter, _made(app, app.period_us))
 
 
 def go_on(app, old, new):
@@ -198,6 +200,7 @@ def use(app, new):
     app.filter = new
     app.tick.use(new)
     app.tick.words[_ODD] = 1
+    filters.use(app.tick.mask, app.config.filter)
 
 
 def begin_at(filter, accel_g, yaw_deg=0.0):
@@ -210,7 +213,7 @@ def rested(app, calibration):
     """A rest has shown another bias of the gyro: the filter goes on from there, its yaw stays."""
     imu, old = app.imu, app.filter
     app.calibration = calibration
-    new = filters.make(app.config, calibration, imu, 1e6 / app.period_us)
+    new = _made(app, app.period_us)
     begin_at(new, calibration.apply(imu.accel_g(), _NO)[0], old.yaw_mdeg / 1000)
     if hasattr(new, "learn_from"):
         new.learn_from(old)
@@ -225,14 +228,20 @@ def change(app, pace):
     config, imu, words = app.config, app.imu, app.tick.words
     running = app.loop.running
     with app.bus:
-        settings.set_up(imu, config)
+        was = imu.gyro_range_dps, imu.accel_range_g, imu.dlpf_hz, imu.rate_hz
+        try:
+            settings.set_up(imu, config)
+            new = made(app) if pace else _made(app, app.period_us)
+        except BaseException:  # no room for it, say: the old one goes on, and its samples
+            imu.set_up(*was)
+            raise
         if pace:
-            new = made(app)  # before the loop stands: there may be no room for it
+            app.tidy()
             app.loop.stop()
             app.bus.forget(app.tick.mask)
             wire(app, app.filter, new)
         else:
-            renew(app)
+            go_on(app, app.filter, new)
         settle(app)
         words[_ODD] = 1
     if pace and running:

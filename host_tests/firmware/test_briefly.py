@@ -10,7 +10,9 @@ from tools.virtual.motion import Still
 
 BRIEF = {
     "calibration.fields", "calibration.rest", "firmware.beginning", "firmware.calibration",
-    "firmware.chips", "firmware.pinouts", "firmware.startup", "firmware.store", "firmware.texts",
+    "firmware.chips", "firmware.first", "firmware.levelling", "firmware.loading",
+    "firmware.pinouts", "firmware.report", "firmware.startup", "firmware.store", "firmware.texts",
+    "mpu6050.selftest",
 }  # fmt: skip
 boards = pytest.mark.parametrize("board", BOARDS)
 
@@ -30,6 +32,9 @@ def test_nothing_of_a_start_a_file_or_a_text_stays(board, tmp_path, capsys):
             app.save()
             app.show()
             app.help()
+            app.report()
+            app.self_test()
+            app.level_here()
             with pytest.raises(ValueError, match="80 to 1000 Hz"):
                 app.set("rate_hz", 1)
             with pytest.raises(ValueError, match="did you mean rate_hz"):

@@ -143,6 +143,29 @@ def test_what_was_turned_in_a_pause_is_no_fault(
         assert told == set()
 
 
+WIDE = Sequence((Still(roll_deg=-40.0), 1.0), (Sinusoid(40.0, 0.4, "roll", phase_deg=-90), 1e9))
+
+
+@pytest.mark.parametrize("kind", ["attitude", "float.attitude"])
+@pytest.mark.parametrize("board", BOARDS)
+def test_no_mean_that_levels_has_something_of_before_a_gap(board, kind, tmp_path):
+    """A levelling, and from 20 to 500 ms later an outage; turning by up to 100 deg/s."""
+    with Rig(board, WIDE, tmp_path, filter=kind, rest_s=0.1) as rig:
+        rig.app.start()
+        rig.until(1.9)
+        for wait_ms, for_ms in itertools.product((20, 100, 200, 500), (30, 100, 200)):
+            rig.app.filter.relevel()
+            rig.port.run_ms(wait_ms)
+            before = rig.roll_error()
+            at_s = rig.port.now_ns / 1e9
+            rig.bus.faults[:] = [make("unplugged", at_s=at_s, for_s=for_ms / 1000, seed=1)]
+            rig.port.run_ms(for_ms)
+            for _ in range(100):
+                rig.port.run_ms(10)
+                gone = rig.app.age_us > 12_000
+                assert gone or rig.roll_error() < before + 1.2, (wait_ms, for_ms)
+
+
 @pytest.mark.parametrize("missing", [1, 3, 10, 40])
 @pytest.mark.parametrize("kind", SETTINGS)
 @pytest.mark.parametrize("board", BOARDS)

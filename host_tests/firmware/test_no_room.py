@@ -3,20 +3,24 @@
 
 import pytest
 
-from host_tests.firmware.test_gaps import BOARDS, Rig
-from tools.virtual.motion import Still
+from firmware.filters import SETTINGS
+from host_tests.firmware.test_gaps import BOARDS, SWING, Rig
 
-FILTERS = ("attitude", "kalman2", "float.attitude", "float.kalman", "float.complementary")
+KNOBS = [("filter", name) for name in SETTINGS] + [
+    ("rate_hz", 500), ("gyro_dps", 2000), ("gyro_dps", 250), ("accel_g", 2), ("accel_g", 16),
+    ("dlpf_hz", 260), ("dlpf_hz", 21), ("sensor_hz", 500), ("drive", "data-ready"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("board", BOARDS)
 @pytest.mark.parametrize("running", ["attitude", "kalman2", "float.kalman"])
-def test_the_loop_goes_on_as_it_was(running, board, tmp_path, monkeypatch):
-    with Rig(board, Still(), tmp_path) as rig:
+def test_the_loop_goes_on_as_it_was_and_so_do_the_sensors_ranges(
+    running, board, tmp_path, monkeypatch
+):
+    with Rig(board, SWING, tmp_path, rest_s=0.1, filter=running) as rig:
         app = rig.app
         app.start()
-        app.set("filter", running)
-        rig.port.run_ms(300)
+        rig.port.run_ms(1500)
         from firmware import filters
 
         def full(*_):
@@ -25,13 +29,16 @@ def test_the_loop_goes_on_as_it_was(running, board, tmp_path, monkeypatch):
         was, ticks = app.filter, app.stats()["ticks"]
         with monkeypatch.context() as patch:
             patch.setattr(filters, "make", full)
-            for knob, value in [("filter", name) for name in FILTERS] + [("rate_hz", 500)]:
-                if value != running:
+            for knob, value in KNOBS:
+                kept = getattr(app.config, knob)
+                if value != kept:
                     with pytest.raises(MemoryError):
                         app.set(knob, value)
-                rig.port.run_ms(100)
-                assert app.running and not app.stale and app.filter is was
-                assert app.config.filter == running and app.config.rate_hz == 250
+                assert getattr(app.config, knob) == kept
+                for _ in range(20):
+                    rig.port.run_ms(5)
+                    assert app.running and not app.stale and app.filter is was
+                    assert rig.roll_error() < 1.0, knob
         assert app.stats()["ticks"] > ticks + 100
         app.set("rate_hz", 500)
         rig.port.run_ms(100)

@@ -5,31 +5,28 @@ A name is loaded from its own file when it is first asked for, so a board that r
 holds one filter in RAM.
 """
 
-_HOME = {
-    "Attitude": "attitude",
-    "Complementary": "complementary",
-    "FloatAttitude": "from_counts",
-    "FloatTilt": "from_counts",
-    "Kalman1D": "kalman1d",
-    "KalmanND": "kalman_nd",
-    "KalmanTilt": "kalman_tilt",
-    "MovingAverage": "moving_average",
-    "GyroIntegral": "tilt",
-    "accel_tilt_deg": "tilt",
-    "tilt_asin_deg": "tilt",
-    "tilt_atan_deg": "tilt",
-    "tilt_two_axes_deg": "tilt",
-    "wrap_deg": "tilt",
-    "yaw_transfer_deg": "tilt",
-}
+# file, names: one text, since each name of a board's dict takes room that others need
+_HOMES = """
+attitude Attitude
+complementary Complementary
+float_attitude FloatAttitude
+float_tilt FloatTilt
+kalman1d Kalman1D
+kalman_nd KalmanND
+kalman_tilt KalmanTilt
+moving_average MovingAverage
+paper_tilts GyroIntegral tilt_asin_deg tilt_atan_deg tilt_two_axes_deg yaw_transfer_deg
+tilt accel_tilt_deg wrap_deg
+"""
 
 
 def __getattr__(name):
     if name == "fixed":  # MicroPython looks for a submodule only where there is no __getattr__
         return __import__("attitude.fixed", None, None, (name,))
-    home = _HOME.get(name)
-    if home is None:
-        raise AttributeError("attitude has no %s" % name)
-    value = getattr(__import__("attitude." + home, None, None, (name,)), name)
-    globals()[name] = value
-    return value
+    for row in _HOMES.split("\n"):
+        if name in row.split(" ")[1:]:
+            home = "attitude." + row.split(" ")[0]
+            value = getattr(__import__(home, None, None, (name,)), name)
+            globals()[name] = value
+            return value
+    raise AttributeError("attitude has no %s" % name)

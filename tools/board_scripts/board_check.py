@@ -137,7 +137,7 @@ def timing_part(app, name, work):
 
 
 def faults_part(app):
-    from firmware.report import faults
+    from firmware.stats import faults
 
     seen = faults(app)
     tell("faults", seen or "none")

@@ -10,22 +10,21 @@ from attitude.fixed import compiler_check  # raises where viper was compiled wro
 
 del sys.modules["attitude.fixed.compiler_check"], compiler_check  # which has been said by now
 
-_HOME = {
-    "AdaptiveNotch": "biquad",
-    "Attitude": "attitude",
-    "Complementary": "complementary",
-    "Kalman1D": "kalman1d",
-    "KalmanTilt2": "kalman_tilt2",
-    "LowPass": "biquad",
-    "MovingAverage": "moving_average",
-    "Notch": "biquad",
-}
+_HOMES = """
+attitude Attitude
+biquad AdaptiveNotch LowPass Notch
+complementary Complementary
+kalman1d Kalman1D
+kalman_tilt2 KalmanTilt2
+moving_average MovingAverage
+"""
 
 
 def __getattr__(name):
-    home = _HOME.get(name)
-    if home is None:
-        raise AttributeError("attitude.fixed has no %s" % name)
-    value = getattr(__import__("attitude.fixed." + home, None, None, (name,)), name)
-    globals()[name] = value
-    return value
+    for row in _HOMES.split("\n"):
+        if name in row.split(" ")[1:]:
+            home = "attitude.fixed." + row.split(" ")[0]
+            value = getattr(__import__(home, None, None, (name,)), name)
+            globals()[name] = value
+            return value
+    raise AttributeError("attitude.fixed has no %s" % name)

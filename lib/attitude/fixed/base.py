@@ -32,6 +32,14 @@ _RATE_SHIFT = const(27)
 _OUT = const(10)  # words of the results
 
 
+def _zeros(n):
+    """An array without a list of as many beside it: a used heap has few pieces of a kilobyte."""
+    made = array("i", range(n))
+    for i in range(n):
+        made[i] = 0
+    return made
+
+
 class Fixed:
     """A filter of raw counts at a fixed rate.
 
@@ -70,8 +78,8 @@ class Fixed:
         self._gyro_lsb = lsb(GYRO_LSB_PER_DPS, gyro_dps, "gyro_dps")
         self._accel_lsb = lsb(ACCEL_LSB_PER_G, accel_g, "accel_g")
         check_rate(rate_hz, gyro_dps, self._least_hz)
-        self._s = array("i", [0] * size)
-        self.pending = array("i", [0] * pending)
+        self._s = _zeros(size)
+        self.pending = _zeros(pending)
         self.out = memoryview(self._s)[self._out_at : self._out_at + _OUT]
         self.angles_mdeg = self.out[0:3]
         self.rates_mdps = self.out[3:6]

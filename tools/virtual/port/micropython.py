@@ -47,6 +47,10 @@ def _schedule_at_once(function, argument):
     function(argument)
 
 
+def _no_assembler(_function):
+    raise SyntaxError("invalid micropython decorator")  # as without the processor it is for
+
+
 def make_module(scheduler=None):
     """Return a new `micropython` module; without a `scheduler` what is scheduled runs at once."""
 
@@ -59,6 +63,7 @@ def make_module(scheduler=None):
     module = types.ModuleType("micropython", "MicroPython's own functions, on CPython.")
     module.const = module.native = module.bytecode = _identity
     module.viper = viper
+    module.asm_thumb = _no_assembler
     module.schedule = schedule if scheduler else _schedule_at_once
     module.heap_lock, module.heap_unlock = heap.lock, heap.unlock
     module.alloc_emergency_exception_buf = lambda size, /: None

