@@ -104,9 +104,9 @@ class Loop:
             return self._guards[place].over(callback)
         if sys.platform != "rp2":  # an ESP32 has 16 KB of stack
             return callback
-        from firmware.tick import shallow
+        from firmware.tick import soft
 
-        return shallow.over(callback)
+        return soft.over(callback)
 
     def stop(self):
         """End ticking; a call still queued does nothing."""
