@@ -23,7 +23,7 @@ from micropython import const
 
 from firmware import board as boards
 from firmware import bus, filters, learning, sample, settings, wiring
-from firmware.briefly import Briefly, Lasting, hear_names
+from firmware.briefly import Briefly, Lasting
 from firmware.config import Config, defaults
 from firmware.foreground import Foreground
 from firmware.outputs import Outputs
@@ -57,6 +57,7 @@ _FIND = ("firmware.startup", "firmware.first")
 _START = _FIND + ("firmware.beginning", "calibration.rest") + _REPORT + _FILES
 _CLAIMS = ("attitude.fixed.attitude.claims", "attitude.bounds")
 _ROOM = const(16000)  # bytes, for a program of the user's
+_SHORT = const(64000)  # a heap in which names are no small matter
 _CODE = const(36000)  # what a start loads for a moment, and room for it
 _UNDO = const(20)
 _CHANGE_DPS2 = const(1000)  # of a rate that a hand changes
@@ -296,7 +297,7 @@ class App:
             for name in values:
                 config.set(name, values[name])
             if "filter" in values:
-                hear_names()
+                _hear_names()
                 filters.load(config.filter)  # here, where the stack is still far from its end
             allowed = True
             self._apply(values, before)
@@ -314,7 +315,7 @@ class App:
     def stream(self):
         """The firmware.stream.Stream, loaded when somebody wants it."""
         if not self._stream:
-            hear_names()
+            _hear_names()
             with Lasting(self.tidy()):
                 from firmware.stream import Stream
 
@@ -563,7 +564,7 @@ class App:
         self._calm = Feeding(self, _CALIBRATING_S)
         self._calm.__enter__()
         self._find_sensor()
-        hear_names()
+        _hear_names()
         filters.forget_unused()
         with Briefly(*_CALIBRATING):  # the steps hold what they need
             from firmware.calibrating import Calibrating
@@ -619,6 +620,25 @@ class App:
     def uncertain(self):
         """True while the estimate is fresh but not known well enough to be claimed."""
         return not self.stale and self.tick.est[_UNCERTAIN] != 0
+
+
+_heard = []  # type: list  # something, once it has heard the names
+
+
+def _hear_names():
+    """To be called before much code is loaded beside an app: what it brings of names is heard
+    together, while there is a piece of heap for them (firmware.names)."""
+    if _heard or gc.mem_free() > _SHORT:
+        return
+    _heard.append(1)
+    gc.collect()
+    try:
+        with Briefly("firmware.names"):
+            from firmware.names import hear
+
+            hear()
+    except MemoryError:  # then what comes finds none either, and says so
+        gc.collect()
 
 
 def _any(names, among):

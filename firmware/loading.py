@@ -10,7 +10,7 @@ import sys
 
 from micropython import const
 
-from firmware.briefly import forget
+from firmware.briefly import Briefly
 
 _INTEGER = (
     "attitude",
@@ -89,7 +89,7 @@ def _load(name):
         for part in new:
             __import__(part)
     except BaseException:  # no heap for the rest: what has come by then is of no use
-        forget(new)
+        Briefly(*new).__exit__()
         raise
     kind = getattr(sys.modules[PARTS[name][-1]], _CLASS[name])
     if PARTS[name][: len(_TILT)] == _TILT:
@@ -103,7 +103,7 @@ def unload(loaded, used):
     kept = list(used.values()) + ["attitude"]
     for name in list(loaded):
         if name not in kept:
-            forget([part for part in PARTS[name] if not _needed(part, kept)])
+            Briefly(*[part for part in PARTS[name] if not _needed(part, kept)]).__exit__()
             del loaded[name]
 
 

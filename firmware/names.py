@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Names that code brings which is loaded for a moment (python -m tools.names writes this): heard
-before it, they lie together and are no islands in the heap when it has gone.
+before it, they lie together and are no islands in the heap when it has gone. MicroPython keeps
+names in pools of 20, 40, ... 640; the next, from the 1261st on, takes 9 KB in one piece.
 """
 
 _NAMES = (
