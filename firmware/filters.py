@@ -70,19 +70,15 @@ def make(config, calibration, imu, rate_hz):
     often = gc.threshold()
     gc.threshold(-1)  # kalman2's gains are a megabyte of floats
     try:
-        made = _made(kind, of, rate_hz, values)
+        try:
+            made = kind(*of, rate_hz, **values)
+        except MemoryError:  # no piece for its arrays
+            forget_unused()
+            made = kind(*of, rate_hz, **values)
         made.calibrate(calibration)
     finally:
         gc.threshold(often)
     return made
-
-
-def _made(kind, of, rate_hz, values):
-    try:
-        return kind(*of, rate_hz, **values)
-    except MemoryError:  # no piece for its arrays
-        forget_unused()
-    return kind(*of, rate_hz, **values)
 
 
 def load(name):

@@ -119,13 +119,13 @@ def _rate_hz(app):
     return app.config.rate_hz if app.config.drive == "timer" else app.imu.rate_hz
 
 
+def _period_us(app):
+    return round(1000000 / _rate_hz(app))
+
+
 def made(app):
     """The filter for the app's knobs and a loop of its own, which is yet to be wired."""
-    return _made(app, round(1000000 / _rate_hz(app)))
-
-
-def _made(app, period_us):
-    return filters.make(app.config, app.calibration, app.imu, 1e6 / period_us)
+    return filters.make(app.config, app.calibration, app.imu, 1e6 / _period_us(app))
 
 
 def _lead_us(config, board):
@@ -149,7 +149,7 @@ def begin_anew(app):
     """A filter whose bias is unknown, from the attitude that is there, which is not claimed for
     some time; nor is the yaw, until somebody says zero_yaw()."""
     words = app.tick.words
-    new = _made(app, app.period_us)
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
     stands = app.filter.standing()
     if stands:
         new.begin_at((stands[0], stands[1], (0.0, 0.0, 0.0), None))
@@ -161,7 +161,8 @@ def begin_anew(app):
 
 def renew(app):
     """A filter of the app's knobs goes on from where the one of now stands."""
-    go_on(app, app.filter, _made(app, app.period_us))
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
+    go_on(app, app.filter, new)
 
 
 def go_on(app, old, new):
@@ -213,7 +214,7 @@ def rested(app, calibration):
     """A rest has shown another bias of the gyro: the filter goes on from there, its yaw stays."""
     imu, old = app.imu, app.filter
     app.calibration = calibration
-    new = _made(app, app.period_us)
+    new = filters.make(app.config, app.calibration, app.imu, 1e6 / app.period_us)
     begin_at(new, calibration.apply(imu.accel_g(), _NO)[0], old.yaw_mdeg / 1000)
     if hasattr(new, "learn_from"):
         new.learn_from(old)
@@ -231,7 +232,8 @@ def change(app, pace):
         was = imu.gyro_range_dps, imu.accel_range_g, imu.dlpf_hz, imu.rate_hz
         try:
             settings.set_up(imu, config)
-            new = made(app) if pace else _made(app, app.period_us)
+            period_us = _period_us(app) if pace else app.period_us
+            new = filters.make(config, app.calibration, imu, 1e6 / period_us)
         except BaseException:  # no room for it, say: the old one goes on, and its samples
             imu.set_up(*was)
             raise

@@ -185,7 +185,8 @@ def main():
     measure_empty()
     print("empty", _empty_us)
 
-    imu = driver(board.find().i2c())
+    sensor_bus = board.find().i2c()
+    imu = driver(sensor_bus)
     row("bus.read14", lambda _, read=imu.read: read())
     kalman2 = kalman2()
     kalman2.calibrate(Skewed)
