@@ -73,7 +73,7 @@ def _knots(dt_s, q_angle, q_bias, r_measure):
     sample it would take a board seconds.
     """
     p = (dt_s * q_angle, 0.0, 0.0, dt_s * q_bias)
-    steps = [((1.0, 0.0, -dt_s, 1.0), (1.0 / r_measure, 0.0, 0.0, 0.0), p)]
+    one = (1.0, 0.0, -dt_s, 1.0), (1.0 / r_measure, 0.0, 0.0, 0.0), p
     knots = []
     n = 0
     while True:
@@ -83,15 +83,13 @@ def _knots(dt_s, q_angle, q_bias, r_measure):
         if n * dt_s > 30.0 or (len(knots) > 8 and abs(k1 - knots[-2][2]) <= _SETTLED * abs(k1)):
             return knots
         due = int(n * _RATIO) + 2
-        left, k = due - n, 0
-        n = due
+        left, n, step = due - n, due, one  # made anew each time: kept, they would be 4 KB
         while left:
-            if k == len(steps):
-                steps.append(_twice(*steps[-1]))
             if left & 1:
-                p = _after(p, *steps[k])
+                p = _after(p, *step)
             left >>= 1
-            k += 1
+            if left:
+                step = _twice(*step)
 
 
 def _twice(a, g, h):
