@@ -68,7 +68,7 @@ def make(config, calibration, imu, rate_hz):
     values["accel_g"] = imu.accel_range_g
     kind, of = load(config.filter)
     often = gc.threshold()
-    gc.threshold(-1)  # kalman2's gains are a megabyte of floats
+    gc.threshold(-1)  # kalman2's gains leave much garbage
     try:
         try:
             made = kind(*of, rate_hz, **values)

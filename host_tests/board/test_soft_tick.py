@@ -15,7 +15,7 @@ print(addressof(app.tick.words), addressof(app.tick.timing.words))
 MOVES = Sequence((Still(), 3.0), (Sinusoid(15.0, 0.8, "roll"), 1e9))
 
 
-def test_no_burst_is_read_too_late_however_long_the_board_is_left_alone():
+def test_hardly_a_burst_is_read_too_late_while_the_board_is_left_alone():
     """The waiting REPL calls one scheduled function for each event that wakes it. Were one left
     over, each burst would be begun when it is to be read, and read when it is too old."""
     bus = Bus(MPU6050Chip(MOVES, seed=1, gyro_bias_dps=(1.0, -1.0, 0.5)))

@@ -69,8 +69,8 @@ def _knots(dt_s, q_angle, q_bias, r_measure):
     """(sample, k0, k1) of the recursion of paper 000, eqs. 18-27, starting with P = 0.
 
     P before one sample goes to P before the one 2^k later by H + A' P (1 + G P)^-1 A, whose A, G
-    and H make those of twice as long: the doubling algorithm of Riccati equations. Sample by
-    sample it would take a board seconds.
+    and H make those of twice as long: the doubling algorithm of Riccati equations, since a board
+    is slow at thousands of samples.
     """
     p = (dt_s * q_angle, 0.0, 0.0, dt_s * q_bias)
     one = (1.0, 0.0, -dt_s, 1.0), (1.0 / r_measure, 0.0, 0.0, 0.0), p
@@ -83,7 +83,7 @@ def _knots(dt_s, q_angle, q_bias, r_measure):
         if n * dt_s > 30.0 or (len(knots) > 8 and abs(k1 - knots[-2][2]) <= _SETTLED * abs(k1)):
             return knots
         due = int(n * _RATIO) + 2
-        left, n, step = due - n, due, one  # made anew each time: kept, they would be 4 KB
+        left, n, step = due - n, due, one  # made anew each time: kept, they need room
         while left:
             if left & 1:
                 p = _after(p, *step)
