@@ -25,13 +25,14 @@ _LOOK_US = const(50)
 class Bus:
     """A lock that is taken before anything is looked at. words: for the tick.
 
-    hard: those of the Apps with hard ticks, by their bits. patient: whose waiting tick take() lets
-    go first; a callback of the scheduler waits for the hard ones, since a soft one waits for it.
+    hard, soft: those of the Apps with such ticks, by their bits. patient: whose waiting tick
+    take() lets go first; a callback of the scheduler waits for the hard ones, since a soft one
+    waits for it.
     """
 
     def __init__(self):
         self.words = array("i", (0, 0))
-        self.hard, self.patient = 0, -1
+        self.hard, self.soft, self.patient = 0, 0, -1
         self.finish = _nothing  # the driver's: waits for a burst under way
 
     @property
@@ -65,6 +66,7 @@ class Bus:
 
     def forget(self, mask):
         """This one does not wait: its loop has ended."""
+        self.soft &= ~mask
         self.words[_TURNED_AWAY] &= ~mask
 
     def __enter__(self):

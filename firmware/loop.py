@@ -9,6 +9,7 @@ it missed are skipped: the loop never bursts to catch up.
 import sys
 import time
 
+import machine
 from micropython import const
 
 _FAR_US = const(1 << 29)  # half of the ticks' wrap
@@ -30,10 +31,11 @@ class Loop:
     guard: a second source, a timer: it ticks in the first one's place when that stays away;
     guard_us: how often it looks.
     guards: firmware.stack.Guards of what a hard interrupt calls: begin, run, the guard.
+    masked: edges come in a hard interrupt and the guard in a soft one: they wait while it ticks.
     """
 
     def __init__(self, tick, source, rate_hz=250, grid=True, lead_us=0, guard=None, guard_us=0,
-                 guards=None):  # fmt: skip
+                 guards=None, masked=False):  # fmt: skip
         if not 80 <= rate_hz <= 1000:
             raise ValueError("rate_hz %s: 80 to 1000" % rate_hz)
         self.period_us = round(1000000 / rate_hz)
@@ -51,6 +53,7 @@ class Loop:
         self._guard_us = max(2, guard_us // self.period_us) * self.period_us
         self._on_guard = self._watch_edges
         self._guards = guards
+        self._masked = masked
         self._sources = []
         self.readers = []  # those who wait for samples
 
@@ -65,14 +68,14 @@ class Loop:
         self.stop()
         self.edges_missing = 0
         self._timing.clear()
+        guard = self._call(2, self._on_guard)  # before there are ticks, which would wait for it
         self._begin()
         if self._lead_us == self.period_us:
             self._tick.begin(None)  # the first; from then on each tick begins the next one's
         if self._guard is not None:
             if self._grid:  # nobody knows when edges come, and a soft one cannot come in here
                 time.sleep_us(self.period_us * 3 // 4)  # between a step and the next lead
-            call = self._call(2, self._on_guard)
-            self._sources.append(self._guard(self._guard_us, call))
+            self._sources.append(self._guard(self._guard_us, guard))
 
     def revive(self):
         """Other timers for those that have died. MemoryError: not yet, the guard ticks alone."""
@@ -168,7 +171,14 @@ class Loop:
             if self._grid and ticks[_TICKS] == self._ticked:  # nobody else has ticked since
                 self.dead = True
                 self._tick.words[_DUE] = 0
-            self._tick.run(source)
+            if self._masked:
+                irqs = machine.disable_irq()
+                try:
+                    self._tick.run(source)
+                finally:
+                    machine.enable_irq(irqs)
+            else:
+                self._tick.run(source)
             self._ticked = ticks[_TICKS]
 
 

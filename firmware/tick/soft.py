@@ -19,19 +19,26 @@ def event():
 """
 
 
-def over(callback):
-    """`callback` for the scheduler, which calls it wherever the program is, be it deep in calls or
-    imports. A tick that is left out is lost, and counted."""
+
+
+def _assembled():
     space: dict = {"micropython": micropython}
     try:
         exec(_EVENT, space)
     except (ImportError, SyntaxError):  # no Thumb: a RISC-V core, a PC
-        space["event"] = int
+        return int
+    return space["event"]
+
+
+_event = _assembled()
+
+
+def over(callback):
+    """`callback` for the scheduler, which calls it wherever the program is, be it deep in calls or
+    imports. A tick that is left out is lost, and counted."""
 
     @micropython.native
-    def call(
-        source, callback=callback, stack_use=micropython.stack_use, event=space["event"]
-    ):
+    def call(source, callback=callback, stack_use=micropython.stack_use, event=_event):
         if stack_use() < _DEEP:
             callback(source)
         event()

@@ -102,9 +102,11 @@ def main(arguments=None):
     parser.add_argument("--jobs", type=int, help="processes, default: one per core")
     parser.add_argument("--upsets", type=float, metavar="SECONDS", help="tools.loop.upsets")
     parser.add_argument("--seed", type=int, default=1, help="of the upsets' order")
+    parser.add_argument("--drive", default="timer", help="of the upsets: timer or data-ready")
     options = parser.parse_args(arguments)
     if options.upsets:
-        found = upsets.at_random(options.upsets, options.seed, say=print)
+        version, drive = options.versions[0], options.drive
+        found = upsets.at_random(options.upsets, options.seed, 1000, version, drive, print)
         print(upsets.table(found))
         return 1 if any(upsets.faults(seen) for seen in found) else 0
     for version in options.versions:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What people and programs do beside a running loop, in any order: it goes on through all of it.
 
-`python -m tools.loop --upsets 10` plays them on an emulated board for so many emulated seconds.
+`python -m tools.loop --upsets 10` plays them on an emulated board for so many emulated seconds;
+with `--drive data-ready` the sensor's INT line ticks, with `--versions 1.25.0` on an older board.
 After each, every period since the one before must have had its tick, or the loop's own count of
 lost ticks says how many are missing; only runaway recursion and a soft reset may cost any.
 """
@@ -77,10 +78,12 @@ class Seen(NamedTuple):
 
 
 class Upsetting:
-    """A board with a running loop, and what is done to it. MicroPython `version`, rate in Hz."""
+    """A board with a running loop, and what is done to it. MicroPython `version`, rate in Hz,
+    drive: the knob."""
 
-    def __init__(self, version="1.26.1", rate_hz=1000):
+    def __init__(self, version="1.26.1", rate_hz=1000, drive="timer"):
         self.rate_hz = rate_hz
+        self.version, self._drive = version, drive
         self.board, self.bus = board_for(version)
         self._begin()
 
@@ -91,7 +94,7 @@ class Upsetting:
         self.board.__exit__(*exc_info)
 
     def _begin(self):
-        self.board.exec(START + _HELPERS, 30)
+        self.board.exec(f"{START}{_HELPERS}app.set('drive', {self._drive!r})", 30)
         self.board.exec(AGAIN % self.rate_hz, 10)
         self._last = self._look()
 
@@ -133,11 +136,13 @@ def faults(seen):
     return out
 
 
-def at_random(seconds, seed=1, rate_hz=1000, version="1.26.1", say=lambda text: None):
+def at_random(
+    seconds, seed=1, rate_hz=1000, version="1.26.1", drive="timer", say=lambda text: None
+):
     """[Seen] of so many emulated seconds of upsets."""
     chance = random.Random(seed)
     found = []
-    with Upsetting(version, rate_hz) as rig:
+    with Upsetting(version, rate_hz, drive) as rig:
         end = rig.board.nanos + seconds * 1e9
         while rig.board.nanos < end:
             found.append(rig.play(chance.choices(UPSETS, _WEIGHTS)[0], chance))
