@@ -24,6 +24,9 @@ _CORRECT_TIMER = const(5)  # looks at the sensor's clock, a fifth of a second ea
 _CORRECT_EDGES = const(1)
 _UNKNOWN_US = const(5000000)  # in which the bias of another part is learned, roughly
 _GUARD_US = const(50000)
+_LEVEL_US = const(1500000)  # after a filter that may stand wrong
+_STILL_MDPS = const(3000)
+_RIGHT_DEG = const(1.5)
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
 _NO = (0.0, 0.0, 0.0)
 
@@ -41,6 +44,7 @@ _LIMIT = const(22)
 _PAUSE = const(24)
 _PATIENCE = const(27)
 _YAW_DOUBT = const(28)
+_UNCERTAIN = const(12)  # of firmware.tick.estimate
 
 
 def adopt_sensor(app, known):
@@ -85,15 +89,18 @@ def wire(app, old, new):
     on_timer = config.drive == "timer"
     timed = filters.is_timed(config.filter)
     guarded = not on_timer or board.has_spare_timer
-    # edges of a hard interrupt need a guard of one: a soft one would be interrupted in its tick
-    hard = not timed and board.has_hard(on_timer) and board.has_hard(True)
+    bus, mask = app.bus, app.tick.mask
+    hard = not timed and board.has_hard(on_timer)
+    hard_timer = hard and board.has_hard(True)
+    if hard and not hard_timer and bus.soft & ~mask:
+        hard = False  # another App's soft ticks on this bus do not hold it
     split = on_timer and config.burst != "blocking" and app.imu.split
     lead_us = _lead_us(config, board) if split else 0
     if board.wait(split):
         app.imu.use_bus(board.i2c())
     app.tick_kind = "hard" if hard else "soft"
-    bus, mask = app.bus, app.tick.mask
     bus.hard = bus.hard | mask if hard else bus.hard & ~mask
+    bus.soft = bus.soft & ~mask if hard else bus.soft | mask
     rate_hz = _rate_hz(app)
     readers = app.loop.readers if app.loop else []
     app.loop = Loop(
@@ -102,14 +109,15 @@ def wire(app, old, new):
         rate_hz,
         grid=on_timer,
         lead_us=lead_us,
-        guard=board.ticking(board.timer, hard) if guarded else None,
+        guard=board.ticking(board.timer, hard_timer) if guarded else None,
         guard_us=min(_GUARD_US, 333 * config.failsafe_ms) if on_timer else 0,
         guards=_guards(app, 3) if hard else None,
+        masked=hard and not hard_timer,
     )
     app.loop.readers = readers
     app.period_us = app.loop.period_us
     go_on(app, old, new)
-    among_hard = not hard and board.has_hard(True)
+    among_hard = not hard and (board.has_hard(True) or bus.hard)
     app.tick.wire(app.imu, app.bus, app.loop.period_us, timed, lead_us, among_hard)
     app.foreground.wire(rate_hz, _CORRECT_TIMER if on_timer else _CORRECT_EDGES)
     app.outputs.tune(app.loop.period_us)
@@ -176,6 +184,9 @@ def go_on(app, old, new):
             if not age_us:  # what comes until the next sample is bridged from here
                 gap.open(old, app.tick.memory)
             new.go_on_from(old)
+            if new.knows_yaw and not old.knows_yaw and not _stands_right(old.out):
+                words[_UNSURE_US] = max(words[_UNSURE_US], _LEVEL_US)
+                app.tick.est[_UNCERTAIN] |= 1  # until the next tick says it
             was, now = GYRO_LSB_PER_DPS[old.gyro_dps], GYRO_LSB_PER_DPS[new.gyro_dps]
             gap.rescale(app.tick.memory, was, now, new.accel_g / old.accel_g)
         use(app, new)
@@ -183,6 +194,14 @@ def go_on(app, old, new):
             words[_FROM_US] = age_us  # ticks of the pause are still to be bridged
     finally:  # also after a Ctrl-C
         words[_PAUSE] = 0
+
+
+def _stands_right(out):
+    """Whether a filter of roll and pitch is sure to be right: in a turn it is not, nor just after
+    one."""
+    still = max([abs(rate) for rate in out[3:6]]) < _STILL_MDPS
+    told = accel_tilt_deg(*out[6:9])
+    return still and max([abs(told[i] - out[i] / 1000) for i in (0, 1)]) < _RIGHT_DEG
 
 
 def _pause(app):

@@ -56,8 +56,9 @@ def _clipped(held: ptr16, memory: ptr16):
 
 @micropython.viper
 def _doubt(out: ptr32, before: ptr32, gap_us: int) -> int:
-    """How far the yaw may be off after a gap, mdeg: an eighth of what the change of the rate
-    would make of the time, and a thirtieth of the turn itself; all of it after too long a gap.
+    """How far the yaw may be off after a gap, mdeg: a quarter of what the change of the rate
+    would make of the time (half, had it come at once at one end), and a sixteenth of the turn
+    itself; all of it after too long a gap.
     """
     most = 0
     change = 0
@@ -87,7 +88,7 @@ def _doubt(out: ptr32, before: ptr32, gap_us: int) -> int:
             ms = 10000
         most = (most // 1000) * ms
     else:
-        most = ((change >> 3) + (most >> 5)) // 16 * ms // 64
+        most = ((change >> 2) + (most >> 4)) // 16 * ms // 64
     if most > 180000:
         return 180000
     return most

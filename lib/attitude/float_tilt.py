@@ -20,6 +20,7 @@ class FloatTilt(FromCounts):
     def __init__(self, kind, rate_hz=250, gyro_dps=500, accel_g=8, **settings):
         self._kind = kind
         self._brought = (0.0, 0.0, 0.0)  # deg/s
+        self._home = None  # the bias at rest that was handed over
         self._last = None  # rates of the last sample, deg/s
         self._started = self._seen = False
         super().__init__(rate_hz, gyro_dps, accel_g, settings)
@@ -59,7 +60,7 @@ class FloatTilt(FromCounts):
     def reset(self):
         """Start anew on the next sample, with bias 0."""
         self._started = self._seen = False
-        self._brought, self._last = (0.0, 0.0, 0.0), None
+        self._brought, self._last, self._home = (0.0, 0.0, 0.0), None, None
         for core in self.cores:
             core.reset()
 
@@ -69,25 +70,25 @@ class FloatTilt(FromCounts):
 
     def state(self):
         """What set_state() takes to continue here."""
-        own = (self._started, self._seen, self._brought, self._last)
+        own = (self._started, self._seen, self._brought, self._last, self._home)
         return own + tuple([core.state() for core in self.cores])
 
     def set_state(self, state):
         """Continue from a state() of the same kind."""
-        self._started, self._seen, self._brought, self._last = state[:4]
-        for core, own in zip(self.cores, state[4:]):
+        self._started, self._seen, self._brought, self._last, self._home = state[:5]
+        for core, own in zip(self.cores, state[5:]):
             go_on_with(core, own)
         self._show()
 
     # ---- for attitude.standing
 
     def standing(self):
-        """Where it stands: yaw 0, and nobody has said what its bias is at rest."""
+        """Where it stands: yaw 0, and of its bias at rest it knows what was handed over."""
         if not self._seen:
             return None
         roll, pitch = self.cores
         rates = [rate / 1000.0 for rate in self.rates_mdps]
-        return of_angles(roll.angle_deg, pitch.angle_deg, 0.0), rates, self.bias_dps, None
+        return of_angles(roll.angle_deg, pitch.angle_deg, 0.0), rates, self.bias_dps, self._home
 
     def alike(self, other):
         """Whether the other's state() is understood here."""
@@ -100,8 +101,9 @@ class FloatTilt(FromCounts):
 
     def begin_at(self, there):
         """Begin there."""
-        q, rates, bias, _ = there
+        q, rates, bias, home = there
         self.reset()
+        self._home = home
         self._started = self._seen = True
         self._brought = tuple(bias)
         if hasattr(self.cores[0], "bias_dps"):

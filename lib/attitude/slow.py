@@ -73,7 +73,7 @@ class Slow:
         self.rest.begin_at(home_dps)
         self.learning.rest([radians(b) for b in bias_dps])
         if home_dps is None:
-            self.learning.sigma[:3] = [_TOLD] * 3
+            self.learning.sigma[:3] = [max(_TOLD, abs(radians(b))) for b in bias_dps]
         # a filter that has not told its bias at rest may not know all of it
         self._age_s, self._unknown = _OLD_S if home_dps else _YOUNG_S, _START_TILT
         self.gain = self._gain_now()

@@ -3,7 +3,8 @@
 
 A filter gives standing(): (quaternion sensor to earth, rates and bias in deg/s, the bias as last
 seen at rest or None), all of its last sample, or None before the first one; alike(other): whether
-the other's state() fits; and takes place(quaternion), begin_at(standing).
+the other's state() fits; and takes place(quaternion), begin_at(standing). A filter of roll and
+pitch cannot tell a turn from a bias: it hands on the one at rest that was handed to it.
 """
 
 from math import atan2, cos, degrees, radians, sin, sqrt
@@ -62,6 +63,8 @@ def go_on(own, other, dt_us, yaw_deg):
     if yaw_deg is not None:
         q = with_yaw(q, yaw_deg)
     if not alike:
+        if home and own.knows_yaw and not other.knows_yaw:
+            bias = home
         own.begin_at((q, rates, bias, home))
     elif dt_us or yaw_deg is not None:
         own.place(q)

@@ -91,6 +91,8 @@ class KalmanTilt2(Fixed):
             new[_STATE + i] = value
         new[_FRESH] = len(place + rows) << 1 | 1
 
+    _home = None  # the bias at rest that was handed over
+
     step = step
     keep = keep
     turn = turn
@@ -127,6 +129,7 @@ class KalmanTilt2(Fixed):
 
     def reset(self):
         """Start anew on the next sample, with bias 0."""
+        self._home = None
         for i in range(_STATE, _TABLE):
             self._s[i] = 0
         self._run_for(0)
@@ -161,8 +164,13 @@ class KalmanTilt2(Fixed):
 
     # ---- for attitude.standing
 
+    def take_state(self, other):
+        """See Fixed."""
+        super().take_state(other)
+        self._home = other._home
+
     def standing(self):
-        """Where it stands: yaw 0, and nobody has said what its bias is at rest."""
+        """Where it stands: yaw 0, and of its bias at rest it knows what was handed over."""
         from attitude.standing import of_angles
 
         state = self.state()
@@ -170,7 +178,7 @@ class KalmanTilt2(Fixed):
             return None
         angles = [state[at - _STATE] / _UNIT_PER_DEG for at in (_ROLL, _PITCH)]
         rates = [rate / 1000.0 for rate in state[_RATES - _STATE : _RATES - _STATE + 3]]
-        return of_angles(angles[0], angles[1], 0.0), rates, self._biases(state), None
+        return of_angles(angles[0], angles[1], 0.0), rates, self._biases(state), self._home
 
     def alike(self, other):
         """Whether the other's state() is understood here."""
@@ -188,8 +196,9 @@ class KalmanTilt2(Fixed):
 
     def begin_at(self, standing):
         """Begin there, with the gains of one that has run for long."""
-        q, rates, bias, _ = standing
+        q, rates, bias, home = standing
         self.reset()
+        self._home = home
         s = self._s
         scale = 64.0 * _UNIT_PER_DEG / self.rate_hz
         for i, at in enumerate((_ROLL_BIAS, _PITCH_BIAS, _YAW_BIAS)):

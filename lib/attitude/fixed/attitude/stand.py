@@ -88,9 +88,9 @@ def begin_at(s, there, rate_hz):
     s[_MOVED] = 1
     s[_AGE] = s[_OLD] if home else s[_YOUNG]
     s[_EVENT] = 8
-    # a filter that has not told its bias at rest may not know all of it
-    known = 0.01 if home else 3.0  # deg/s
     for i in range(3):
+        # a filter that has not told its bias at rest may not know all of it; deg/s
+        known = 0.01 if home else max(3.0, abs(_bounded(bias[i])))
         s[_LAST + i] = round(rates[i] * inc)
         s[_RATES + i] = round(rates[i] * 1000.0)
         s[_BIAS + i] = round(_bounded(bias[i]) * inc * 256.0)
