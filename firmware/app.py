@@ -637,6 +637,8 @@ def _hear_names():
             from firmware.names import hear
 
             hear()
+    except ImportError:  # of an image: a frozen name needs no heap
+        pass
     except MemoryError:  # then what comes finds none either, and says so
         gc.collect()
 

@@ -47,6 +47,7 @@ def frozen_files():
     here = project_files()
     main = here.pop("main.py")
     here.pop("boot.py", None)  # its reserve for tracebacks is made by plumb_image.py
+    here.pop("firmware/names.py")  # those are heard already
     wanted = packages([main, *(p for name, p in here.items() if name.startswith("firmware/"))])
     files = {"plumb_image.py": START, "plumb_main.py": main}
     for name, path in here.items():
@@ -84,12 +85,14 @@ def write_manifest(folder, tree, port, board_dir, ours=True):
 
 
 def _line(folder, name, path):
-    """The manifest's line for one file; one that is imported by another name is copied first."""
+    """The manifest's line for one file; one that is imported by another name is copied first.
+    Without line numbers, as deploy compiles it: the flash of a Pico is short, too.
+    """
     base = path.as_posix().removesuffix("/" + name)
     if base == path.as_posix():
         (folder / name).write_bytes(path.read_bytes())
         base = folder.as_posix()
-    return f"freeze({base!r}, ({name!r},))"
+    return f"freeze({base!r}, ({name!r},), opt=3)"
 
 
 def _base(tree, port, board_dir):
