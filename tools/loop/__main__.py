@@ -106,7 +106,8 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     if options.upsets:
         version, drive = options.versions[0], options.drive
-        found = upsets.at_random(options.upsets, options.seed, 1000, version, drive, print)
+        rate_hz = 1000 if drive == "timer" else 500  # the bursts of edges wait in the tick
+        found = upsets.at_random(options.upsets, options.seed, rate_hz, version, drive, print)
         print(upsets.table(found))
         return 1 if any(upsets.faults(seen) for seen in found) else 0
     for version in options.versions:
