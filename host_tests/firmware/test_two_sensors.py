@@ -155,3 +155,37 @@ def test_one_pair_of_wires_has_one_speed(board, tmp_path):
         rig.port.run_ms(2500)
         assert lower.roll_deg == pytest.approx(40.0, abs=0.5)
         lower.stop()
+
+
+EDGES = {"drive": "data-ready", "rest_s": 0.05}
+TIMED = {"rest_s": 0.05}
+
+
+@pytest.mark.parametrize("first, second, kinds", [
+    (EDGES, None, ["hard"]),
+    (EDGES, TIMED, ["hard", "soft"]),  # which holds the bus while it is at it
+    (TIMED, EDGES, ["soft", "soft"]),  # that one did not know that another would come in between
+    (TIMED, TIMED, ["soft", "soft"]),
+])  # fmt: skip
+def test_edges_tick_hard_without_hard_timers_where_no_soft_tick_is_in_their_way(
+    first, second, kinds, tmp_path
+):
+    with Rig("soft", Still(10.0), tmp_path, **first) as rig:
+        apps = [rig.app]
+        chips = [rig.chip]
+        if second:
+            apps = two(rig, pin_int=21, **second)
+            chips.append(rig.bus.devices[-1])
+        else:
+            rig.app.start()
+        for app, chip in zip(apps, chips):
+            rig.port.connect_int(chip, app.board.int_pin)
+        rig.port.run_ms(500)
+        assert [app.tick_kind for app in apps] == kinds
+        assert not any(app.stale or app.stats()["errors"] for app in apps)
+        if len(apps) == 2:
+            assert apps[1].roll_deg == pytest.approx(40.0, abs=0.5)
+            apps[1].stop()
+            apps[0].stop()
+            apps[0].start()  # alone now, as it wants
+            assert apps[0].tick_kind == ("hard" if first is EDGES else "soft")

@@ -161,6 +161,35 @@ def test_a_wrong_bias_that_was_brought_is_mended_at_the_first_rest(new):
     assert tilt_error(now, body.q) < 0.2
 
 
+@pytest.mark.parametrize("between", [name for name in ALL if name not in FREE])
+@pytest.mark.parametrize("free", FREE)
+def test_a_bias_at_rest_outlives_a_filter_that_takes_a_turn_for_a_bias(free, between):
+    was, body = brought(free, free, pose=(10, 5))
+    per_axis, now = make(between), make(free)
+    per_axis.go_on_from(was)
+    body.bias = body.bias + (15.0, -15.0, 15.0)  # as a turn looks to it
+    rest(per_axis, body, 2)
+    now.go_on_from(per_axis)
+    assert list(now.bias_dps) == pytest.approx(list(was.bias_dps), abs=0.01)
+    assert max(now.bias_sigma_dps) < 0.02
+    same = make(between)  # and a change of that one's settings
+    same.go_on_from(per_axis)
+    again = make(free)
+    again.go_on_from(same)
+    assert list(again.bias_dps) == pytest.approx(list(was.bias_dps), abs=0.01)
+
+
+@pytest.mark.parametrize("old", ["kalman2", "float.kalman"])
+@pytest.mark.parametrize("new", FREE)
+def test_a_bias_that_nobody_saw_at_rest_may_be_as_wrong_as_it_is_large(old, new):
+    was = make(old)
+    rest(was, Body(bias=(12.0, -2.0, 0.0)), 10)
+    now = make(new)
+    now.go_on_from(was)
+    assert now.bias_sigma_dps[0] == pytest.approx(12.0, abs=0.5)
+    assert now.bias_sigma_dps[1] == pytest.approx(3.0, abs=0.1)
+
+
 @pytest.mark.parametrize("angle", [(0, 0, 0), (-146, 35, 20), (179, 0, -179), (10, 89, 5)])
 def test_quaternions_and_angles_go_both_ways(angle):
     from attitude import standing
