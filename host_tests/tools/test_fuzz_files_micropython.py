@@ -27,13 +27,13 @@ from host_tests.firmware.hostile_files import (
     written,
 )
 from tools.virtual import images
-from tools.virtual.rp2040.flash import cross_compile, project_files
+from tools.virtual.rp2040.flash import compiled, project_files
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "tools" / "board_scripts" / "fuzz_files.py"
 SETS = 5_600  # of one to three files
 MODULES = ("firmware/", "lib/calibration/")
-HEAP = "108K"  # 100 would do; of 64 bits, where a Pico has 240 kB of 32
+HEAP = "108K"  # a Pico has 240 kB
 NO_FILE = b"\xff\xff"
 
 
@@ -101,15 +101,6 @@ def pack(made):
     return b"".join(parts)
 
 
-def compiled():
-    """{path: bytes} of the modules, compiled as on a board: there no source is read either."""
-    names = [name for name in project_files() if name.startswith(MODULES)]
-    return {
-        name.replace(".py", ".mpy"): cross_compile((ROOT / name).read_bytes(), name, "x64")
-        for name in names
-    }
-
-
 def answers(command, head, corpus, modules=None):
     """What the script prints for these sets, run by `command`; with the project's own modules, or
     these (path: bytes) in their place."""
@@ -149,7 +140,9 @@ def test_micropython_survives_and_agrees_with_cpython():
     made = sets()
     corpus = pack(made)
     command = [str(images.unix_micropython()), "-X", f"heapsize={HEAP}"]
-    *board, board_ms = answers(command, "", corpus, compiled())
+    files = {path: file for path, file in project_files().items() if path.startswith(MODULES)}
+    modules = compiled(files, "x64")  # as on a board: there no source is read either
+    *board, board_ms = answers(command, "", corpus, modules)
     pc_head = "from tools.virtual.port import install_micropython\ninstall_micropython()\n"
     *pc, _ = answers([sys.executable], pc_head, corpus)
     assert len(board) == len(pc) == SETS
