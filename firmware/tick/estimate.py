@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The estimate that the tick publishes and everybody reads: whole, or not at all.
 
-One array of int32, written by the tick alone. Its first word is odd while a tick writes and
-greater by two after each, so a reader who finds the same even number before and after has one
-instant. Angles in millidegrees, rates in millidegrees per second, calibrated and in the robot's
-frame; accelerometer in counts of its range, calibrated and in the robot's frame too.
+One array of int32, written by the tick; firmware.first begins it, and firmware.wiring adds a doubt
+to it. Its first word is odd while a tick writes and greater by two after each, so a reader who
+finds the same even number before and after has one instant. Angles in millidegrees, rates in
+millidegrees per second, calibrated and in the robot's frame; accelerometer in counts of its range,
+calibrated and in the robot's frame too.
 """
 
 from array import array

@@ -19,8 +19,6 @@ def event():
 """
 
 
-
-
 def _assembled():
     space: dict = {"micropython": micropython}
     try:

@@ -102,12 +102,15 @@ def main(arguments=None):
     parser.add_argument("--jobs", type=int, help="processes, default: one per core")
     parser.add_argument("--upsets", type=float, metavar="SECONDS", help="tools.loop.upsets")
     parser.add_argument("--seed", type=int, default=1, help="of the upsets' order")
-    parser.add_argument("--drive", default="timer", help="of the upsets: timer or data-ready")
+    drives = ("timer", "data-ready")
+    parser.add_argument("--drive", choices=drives, default="timer", help="of the upsets")
     options = parser.parse_args(arguments)
     if options.upsets:
-        version, drive = options.versions[0], options.drive
-        rate_hz = 1000 if drive == "timer" else 500  # the bursts of edges wait in the tick
-        found = upsets.at_random(options.upsets, options.seed, rate_hz, version, drive, print)
+        rate_hz = 1000 if options.drive == "timer" else 500  # the bursts of edges wait in the tick
+        version = options.versions[0]
+        found = upsets.at_random(
+            options.upsets, options.seed, rate_hz, version, options.drive, say=print
+        )
         print(upsets.table(found))
         return 1 if any(upsets.faults(seen) for seen in found) else 0
     for version in options.versions:
