@@ -7,10 +7,13 @@ scheduled, so that is where they come in here; never in an interrupt.
 
 import contextlib
 import linecache
+import os
 import re
 import sys
+from pathlib import Path
 
-_ROOMS = ("/firmware/", "/lib/")
+_ROOT = Path(__file__).resolve().parents[2]
+_ROOMS = tuple(str(_ROOT / folder) + os.sep for folder in ("firmware", "lib"))
 _JUMP = re.compile(r"\b(if|elif|else|for|while|and|or|break|continue|except|finally|sleep_\w+)\b")
 
 
@@ -53,7 +56,7 @@ def at_jump(clock, after, work, below=False):
         name = frame.f_code.co_filename
         if below and frame.f_code.co_name == "_after":
             inside = True
-        if left < 0 or not any(room in name for room in _ROOMS):
+        if left < 0 or not name.startswith(_ROOMS):
             return None
         last = frame.f_lineno
 

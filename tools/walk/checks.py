@@ -46,6 +46,7 @@ class Checks:
         self.allowed = 0.0  # how far the yaw may have drifted, degrees
         self.bias_known = False
         self.blind = False
+        self.known = 0  # of the bias: firmware.learning
         self.looked_s = world.now_s
         self.unseen_dps = 0.0  # the fastest turn of the outage that is
         self.rested = False  # whether it was called a rest when that began
@@ -79,6 +80,7 @@ class Checks:
         measured = app.config.rest_s > 0 and not told
         self.bias_known = measured and still
         self.blind = measured and not still and min(map(motion.level_dps, back)) < _TILTS_DPS
+        self.known = app.learning.known
         self.zero()
 
     def zero(self):
@@ -107,6 +109,7 @@ class Checks:
         world, app = self.world, self.world.app
         now = world.now_s
         self._drift(now - self.looked_s)
+        self._first_rest(app)
         self._outage(app)
         self.looked_s = now
         self.zeroing = self.zeroing and app.running and app.tick.words[_ZERO_YAW] == 1
@@ -133,6 +136,13 @@ class Checks:
     def _drift(self, dt_s):
         rate = self.world.motion.rate_dps(self.looked_s)
         self.allowed += dt_s * ((0.1 if self.bias_known else 2.0) + 0.015 * rate)
+
+    def _first_rest(self, app):
+        """As in began(), where the loop finds a rest and no bias is known yet."""
+        if app.running and app.learning.known != self.known:
+            if not self.known and self.world.motion.rate_dps(self.looked_s):
+                self.blind = True
+            self.known = app.learning.known
 
     def _outage(self, app):
         """What turns from rest to rest in an outage of more than a second nobody can know."""
