@@ -392,6 +392,58 @@ def test_ctrl_c_anywhere_in_set_leaves_the_knob_as_it_was(board, knob, value, ru
 
 
 @boards
+@pytest.mark.parametrize("plainly", [False, True])
+@pytest.mark.parametrize("knob, value", [
+    ("balance_kp", 0.0), ("attitude_tau_s", 2.5), ("failsafe_ms", 200),
+])  # fmt: skip
+def test_ctrl_c_at_each_jump_of_set_leaves_the_knob_as_it_was(
+    board, knob, value, plainly, tmp_path
+):
+    with walking(board, tmp_path, REST) as walk:
+        after, app = 0, walk.world.app
+        while app.config.values()[knob] != value:
+            walk.do("set", knob=knob, value=value, how="Ctrl-C", after=after, plainly=plainly)
+            after += 1
+        assert after > 20
+        assert app.undo().keys() == {knob} and app.undo() == {}
+
+
+@boards
+def test_a_tilt_that_a_rest_has_shown_is_not_turned_by_the_first_look(board, tmp_path):
+    free, rest = ("move", {"kind": "free", "amplitude_deg": 10}), ("move", {"kind": "rest"})
+    held = ("other_device", {"ms": 120})
+    start = [("set", {"knob": "rest_s", "value": 0.1}), ("start", {})]
+    moves = [("other_device", {"ms": 1}), free, free, held, held, rest, ("wait", {"ms": 1600})]
+    steps = [*start, *moves, free, rest, ("wait", {"ms": 1600}), rest, ("wait", {"ms": 1600})]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_nothing_is_asked_where_the_first_rest_was_a_steady_turn(board, tmp_path):
+    """Neither sensor tells it from a bias; what is known of one by then would."""
+    steps = [
+        ("set", {"knob": "rest_s", "value": 0.0}),
+        ("start", {}),
+        ("move", {"kind": "turn", "rate_dps": -30}),
+        ("wait", {"ms": 2200}),
+        ("read", {}),
+        ("wait", {"ms": 2200}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
+def test_show_is_whole_where_something_is_said_between_its_lines(board, tmp_path):
+    steps = [
+        *REST,
+        ("output", {"hard": False}),
+        ("output_fails", {"error": "ValueError", "safe": False}),
+        ("ask", {"name": "show"}),
+    ]
+    replay(board, steps, tmp_path)
+
+
+@boards
 @pytest.mark.parametrize("ms", [30, 120, 300])
 def test_a_pause_after_a_restart_is_not_bridged_with_the_rate_before_it(board, ms, tmp_path):
     steps = [

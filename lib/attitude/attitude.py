@@ -242,7 +242,7 @@ class Attitude(Orientation):
         self._slow.forget_yaw()
 
     def begin_at(self, q, rates_dps, bias_dps, home_dps):
-        """Begin there, past the time of levelling."""
+        """Begin there, past the time of levelling; with no rate at all: where a rest was."""
         self.reset()
-        self._slow.begin_at(bias_dps, home_dps)
+        self._slow.begin_at(bias_dps, home_dps, not any(rates_dps))
         self._q, self._rates = q, tuple(rates_dps)

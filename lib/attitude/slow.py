@@ -67,15 +67,17 @@ class Slow:
         self.bounds.forget_yaw()
         self._held = [0.0, 0.0]
 
-    def begin_at(self, bias_dps, home_dps):
-        """After reset(): begin with this bias, and the one last seen at rest or None; levelled."""
+    def begin_at(self, bias_dps, home_dps, at_rest):
+        """After reset(): begin with this bias, and the one last seen at rest or None; levelled,
+        at_rest: by a rest."""
         self.blank = False
         self.rest.begin_at(home_dps)
         self.learning.rest([radians(b) for b in bias_dps])
         if home_dps is None:
             self.learning.sigma[:3] = [max(_TOLD, abs(radians(b))) for b in bias_dps]
         # a filter that has not told its bias at rest may not know all of it
-        self._age_s, self._unknown = _OLD_S if home_dps else _YOUNG_S, _START_TILT
+        self._age_s = _OLD_S if home_dps else _YOUNG_S
+        self._unknown = _REST_TILT if home_dps and at_rest else _START_TILT
         self.gain = self._gain_now()
 
     def _begin(self):

@@ -87,7 +87,8 @@ def begin_at(s, there, rate_hz):
     s[_BEGIN] = 1
     s[_MOVED] = 1
     s[_AGE] = s[_OLD] if home else s[_YOUNG]
-    s[_EVENT] = 8
+    # the tilt is unknown, or a rest has shown it
+    s[_EVENT] = 2 if home and not any(rates) else 8
     for i in range(3):
         # a filter that has not told its bias at rest may not know all of it; deg/s
         known = 0.01 if home else max(3.0, abs(_bounded(bias[i])))
