@@ -44,3 +44,50 @@ def test_the_loop_goes_on_as_it_was_and_so_do_the_sensors_ranges(
         rig.port.run_ms(100)
         assert app.running and not app.stale
         app.stop()
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("running", ["attitude", "kalman2", "float.kalman"])
+def test_what_is_taken_back_asks_for_no_other_filter(running, board, tmp_path, monkeypatch):
+    """The room went to the new filter; there is none for its loop, nor for another filter."""
+    with Rig(board, SWING, tmp_path, rest_s=0.1, filter=running) as rig:
+        app = rig.app
+        app.start()
+        rig.port.run_ms(1500)
+        from firmware import filters, wiring
+
+        make, loop, was = filters.make, wiring.Loop, app.filter
+        for knob, value in KNOBS:
+            kept = getattr(app.config, knob)
+            asked = []
+
+            def once(*of, asked=asked):
+                asked.append("a filter")
+                if len(asked) > 1:
+                    raise MemoryError
+                return make(*of)
+
+            def not_at_first(*of, asked=asked, **by_name):
+                asked.append("a loop")
+                if asked.count("a loop") == 1:
+                    raise MemoryError
+                return loop(*of, **by_name)
+
+            with monkeypatch.context() as patch:
+                patch.setattr(filters, "make", once)
+                patch.setattr(wiring, "Loop", not_at_first)
+                try:
+                    app.set(knob, value)
+                except MemoryError:
+                    assert getattr(app.config, knob) == kept
+                    assert app.filter is was and asked.count("a filter") == 1
+            for _ in range(20):
+                rig.port.run_ms(5)
+                assert app.running and rig.roll_error() < 2.0, knob
+            assert not app.stale
+            app.config.set(knob, kept)
+            app.stop()
+            app.start()
+            rig.port.run_ms(100)
+            was = app.filter
+        app.stop()
