@@ -40,16 +40,18 @@ def imported(name, load):
 def laps(call, argument, before, n, second=None):
     """Time n calls of call(argument), or call(argument, second), after before() each; mean heap
     bytes of one."""
+    # names of this loop's own, as to look one up takes longer where it is in the other's place
+    ticks_us, ticks_diff, times = time.ticks_us, time.ticks_diff, _laps
     used = gc.mem_alloc()
     for i in range(n):
         before()
         if second is None:
-            start = time.ticks_us()
+            start = ticks_us()
             call(argument)
         else:
-            start = time.ticks_us()
+            start = ticks_us()
             call(argument, second)
-        _laps[i] = time.ticks_diff(time.ticks_us(), start)
+        times[i] = ticks_diff(ticks_us(), start)
     return (gc.mem_alloc() - used) / n
 
 
