@@ -14,7 +14,6 @@ _SIZE_MAX = 4096  # a file larger than this was not written here; it is not read
 _LINE_MAX = 240
 _LINES_MAX = 64  # short lines cost most: 4096 bytes of them took 130 kB of a board's heap
 _EDITED = "crc does not fit: damaged or edited"
-_BAD, _NONE = -1, -2
 _GENERATION_MAX = 999999999  # no flash lives to see it; a file that claims it can be saved over
 
 
@@ -24,26 +23,24 @@ def save(path, kind, version, values):
     kind: what the file is, a word; version: of the meaning of its names, from 1.
     ValueError for a value that cannot be written.
     """
-    # one file or line at a time: a heap that is nearly full has no room for more
-    good, _, old = found = [_looked(path + end, kind, version) for end in ("", ".new", ".old")]
-    generation = min(max(max(found), 0) + 1, _GENERATION_MAX)
-    head = "plumb %s version %d generation %d" % (kind, version, generation)
-    size, count = 13, 0
-    for line in _written(head, values):
-        size += len(line)
-        count += 1
-        if len(line) > _LINE_MAX + 1 or size > _SIZE_MAX or count == _LINES_MAX:
-            raise ValueError("too long")
+    found = [_read(path + end, kind, version) for end in ("", ".new", ".old")]
+    generation = min(max([_generation(file) for file in found]) + 1, _GENERATION_MAX)
+    lines = ["plumb %s version %d generation %d" % (kind, version, generation)]
+    lines.extend("%s = %s" % (name, _text(values[name])) for name in sorted(values))
+    sizes = [len(line) + 1 for line in lines]
+    if sum(sizes) + 13 > _SIZE_MAX or len(lines) >= _LINES_MAX or max(sizes) > _LINE_MAX + 1:
+        raise ValueError("too long")
     crc = 0
     with open(path + ".new", "wb") as f:
-        for line in _written(head, values):
-            crc = binascii.crc32(line, crc)
-            f.write(line)
+        for line in lines:
+            data = (line + "\n").encode()
+            crc = binascii.crc32(data, crc)
+            f.write(data)
         f.write(_crc_line(crc))
-    if good >= 0:  # only a good file is worth keeping as the one before
+    if isinstance(found[0], tuple):  # only a good file is worth keeping as the one before
         _move(path, path + ".old")
     _move(path + ".new", path)
-    if old == _BAD and good < 0:
+    if isinstance(found[2], str) and not isinstance(found[0], tuple):
         os.remove(path + ".old")  # a bad one that every load would warn of
 
 
@@ -203,19 +200,8 @@ def _text(value):
     return text
 
 
-def _written(head, values):
-    """The lines of a file as they are written, without that of the CRC."""
-    yield (head + "\n").encode()
-    for name in sorted(values):
-        yield ("%s = %s\n" % (name, _text(values[name]))).encode()
-
-
-def _looked(path, kind, version):
-    """The generation of a file that is good; else _BAD, or _NONE."""
-    found = _read(path, kind, version)
-    if found is None:
-        return _NONE
-    return found[0] if isinstance(found, tuple) else _BAD
+def _generation(found):
+    return found[0] if isinstance(found, tuple) else 0
 
 
 def _move(source, target):

@@ -16,7 +16,6 @@ from tools.virtual.rp2040.flash import cross_compile
 ROOT = Path(__file__).resolve().parents[1]
 PATH = ROOT / "firmware" / "names.py"
 _MORE = ("firmware.stats", "firmware.texts", "firmware.levelling", "firmware.loading")
-_INTERNED = 10  # characters: longer strings in code are no names (py/mpconfig.h)
 _TEXT = '''\
 # SPDX-License-Identifier: MIT
 """Names that code brings which is loaded for a moment (python -m tools.names writes this): heard
@@ -24,19 +23,16 @@ before it, they lie together and are no islands in the heap when it has gone. Mi
 names in pools of 20, 40, ... 640; the next, from the 1261st on, takes 9 KB in one piece.
 """
 
+_NAMES = (
+%s
+)
+
 
 def hear():
-    """MicroPython keeps all names of this module from now on."""
-    for name in (
-%s
-    ):
-        getattr(None, name, None)
-
-
-def _of_this_module(x):  # by being in its code, which nobody calls
-    x(
-%s
-    )
+    """MicroPython keeps them from now on."""
+    for row in _NAMES:
+        for name in row.split("|"):
+            getattr(None, name, None)
 '''
 
 
@@ -108,24 +104,12 @@ def needed():
 
 def text():
     """What firmware/names.py has to say."""
-    names = needed()
-    inner = [name for name in names if name.isidentifier()]
-    short = [name for name in names if name not in inner and len(name) <= _INTERNED]
-    long = [name for name in names if name not in inner and name not in short]
-    return _TEXT % (
-        _rows("        ", [_literal(name) for name in long]),
-        _rows("        ", [_literal(name) for name in short] + [f"x.{name}" for name in inner]),
-    )
-
-
-def _rows(indent, words):
-    """Lines of these words and commas."""
-    rows = [indent]
-    for word in words:
-        if len(rows[-1] + word) > 97:
-            rows.append(indent)
-        rows[-1] += word + ", "
-    return "\n".join(row.rstrip() for row in rows)
+    rows = [""]
+    for name in needed():
+        if len(_literal(rows[-1] + name)) > 93:
+            rows.append("")
+        rows[-1] += ("|" if rows[-1] else "") + name
+    return _TEXT % "\n".join(f"    {_literal(row)}," for row in rows)
 
 
 def _literal(text):
