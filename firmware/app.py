@@ -290,24 +290,26 @@ class App:
         if not _any(values, PACE):  # else later, for what stays is made later
             self.tidy()
         config = self.config
-        before, running, filter = config.values(), self.running, self.filter
+        before, running = config.values(), self.running
         past = self._past[1 - _UNDO :] + [{name: before.get(name) for name in values}]
-        undo = config.take
+        allowed, kept = False, before
         try:
             for name in values:
                 config.set(name, values[name])
             if "filter" in values:
                 _hear_names()
                 filters.load(config.filter)  # here, where the stack is still far from its end
-            undo = lambda before: self._take_back(before, values, running, filter)  # noqa: E731
+            allowed = True
             self._apply(values, before)
             if self._stream:
                 for name in values:
                     self._stream.changed(None if name in ALL_OVER else name)
+            kept = config.values()
             self._past = past
-            undo = len  # nothing, and without a jump, at which a Ctrl-C would come in
-        finally:
-            undo(before)
+        finally:  # after a Ctrl-C too; the first line of this nothing can keep from being done
+            config.take(kept)
+            if kept is before and allowed:
+                self._take_back(values, running)
 
     @property
     def stream(self):
@@ -330,12 +332,11 @@ class App:
         gc.collect()
         return True
 
-    def _take_back(self, before, names, running, filter):
-        """All as it was; the loop goes on, or else the outputs are safe. filter: that of then."""
-        self.config.take(before)
+    def _take_back(self, names, running):
+        """All as it was; the loop goes on, or else the outputs are safe."""
         try:
             if self.loop and self.imu:
-                self._put(names, self.filter is filter)
+                self._put(names)
             if running and not self.running:
                 self.loop.start()
         finally:
@@ -356,17 +357,16 @@ class App:
         settings.check_pace(config, self.board)
         self._put(names)
 
-    def _put(self, names, same=False):
-        """What these knobs say now, into all that works with it. same: the filter is one for
-        them, as there may be no room for another."""
+    def _put(self, names):
+        """What these knobs say now, into all that works with it."""
         config = self.config
         if _any(names, PACE):
             self.board.use(config)
         pace = _any(names, PACE) or filters.is_timed(config.filter) != self.filter.timed
         if pace or _any(names, CHIP):
-            wiring.change(self, pace, same)
+            wiring.change(self, pace)
         else:
-            if "filter" in names and not same:
+            if "filter" in names:
                 self.tidy()
                 wiring.renew(self)
             elif _any(names, filters.SETTINGS[config.filter]):

@@ -183,8 +183,7 @@ def go_on(app, old, new):
             gap = app.tick.gap
             if not age_us:  # what comes until the next sample is bridged from here
                 gap.open(old, app.tick.memory)
-            if new is not old:
-                new.go_on_from(old)
+            new.go_on_from(old)
             if new.knows_yaw and not old.knows_yaw and not _stands_right(old.out):
                 words[_UNSURE_US] = max(words[_UNSURE_US], _LEVEL_US)
                 app.tick.est[_UNCERTAIN] |= 1  # until the next tick says it
@@ -241,23 +240,19 @@ def rested(app, calibration):
     use(app, new)
 
 
-def change(app, pace, same=False):
+def change(app, pace):
     """Set-up knobs have changed: the chip, the coefficients, and with `pace` the ticks.
 
-    The rest is not measured again. same: the filter of now has been made for these knobs.
+    The rest is not measured again.
     """
     config, imu, words = app.config, app.imu, app.tick.words
     running = app.loop.running
-    if same and running:
-        pace = False  # so has its loop
     with app.bus:
         was = imu.gyro_range_dps, imu.accel_range_g, imu.dlpf_hz, imu.rate_hz
         try:
             settings.set_up(imu, config)
             period_us = _period_us(app) if pace else app.period_us
-            new = app.filter
-            if not same:
-                new = filters.make(config, app.calibration, imu, 1e6 / period_us)
+            new = filters.make(config, app.calibration, imu, 1e6 / period_us)
         except BaseException:  # no room for it, say: the old one goes on, and its samples
             imu.set_up(*was)
             raise

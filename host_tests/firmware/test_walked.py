@@ -392,23 +392,6 @@ def test_ctrl_c_anywhere_in_set_leaves_the_knob_as_it_was(board, knob, value, ru
 
 
 @boards
-@pytest.mark.parametrize("plainly", [False, True])
-@pytest.mark.parametrize("knob, value", [
-    ("balance_kp", 0.0), ("attitude_tau_s", 2.5), ("failsafe_ms", 200),
-])  # fmt: skip
-def test_ctrl_c_at_each_jump_of_set_leaves_the_knob_as_it_was(
-    board, knob, value, plainly, tmp_path
-):
-    with walking(board, tmp_path, REST) as walk:
-        after, app = 0, walk.world.app
-        while app.config.values()[knob] != value:
-            walk.do("set", knob=knob, value=value, how="Ctrl-C", after=after, plainly=plainly)
-            after += 1
-        assert after > 20
-        assert app.undo().keys() == {knob} and app.undo() == {}
-
-
-@boards
 def test_a_tilt_that_a_rest_has_shown_is_not_turned_by_the_first_look(board, tmp_path):
     free, rest = ("move", {"kind": "free", "amplitude_deg": 10}), ("move", {"kind": "rest"})
     held = ("other_device", {"ms": 120})
