@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from attitude.standing import of_angles
 
 from host_tests.lib.filter_rig import (
     ALL,
@@ -206,3 +207,17 @@ def test_quaternions_and_angles_go_both_ways(angle):
     again = standing.with_yaw(turned, -77.0)
     assert wrap(standing.angles_deg(again)[2] + 77) == pytest.approx(0, abs=1e-6)
     assert np.allclose(matrix(again)[2], matrix(turned)[2], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize("turning, home, known", [
+    (0.0, True, True), (0.0, False, False), (5.0, True, False),
+])  # fmt: skip
+def test_a_tilt_is_known_from_the_first_block_on_only_where_a_rest_has_shown_it(
+    name, turning, home, known
+):
+    no = (0.0, 0.0, 0.0)
+    new, body = make(name), Body(10, 5)
+    new.begin_at((of_angles(10.0, 5.0, 0.0), (0.0, 0.0, turning), no, no if home else None))
+    rest(new, body, 0.2)
+    assert (new.tilt_sigma_deg < 1.0) == known

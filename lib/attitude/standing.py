@@ -3,8 +3,9 @@
 
 A filter gives standing(): (quaternion sensor to earth, rates and bias in deg/s, the bias as last
 seen at rest or None), all of its last sample, or None before the first one; alike(other): whether
-the other's state() fits; and takes place(quaternion), begin_at(standing). A filter of roll and
-pitch cannot tell a turn from a bias: it hands on the one at rest that was handed to it.
+the other's state() fits; and takes place(quaternion), begin_at(standing), where a bias seen at
+rest and no rate at all say that a rest has shown the tilt. A filter of roll and pitch cannot tell
+a turn from a bias: it hands on the one at rest that was handed to it.
 """
 
 from math import atan2, cos, degrees, radians, sin, sqrt

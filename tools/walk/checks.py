@@ -140,7 +140,8 @@ class Checks:
     def _first_rest(self, app):
         """As in began(), where the loop finds a rest and no bias is known yet."""
         if app.running and app.learning.known != self.known:
-            if not self.known and self.world.motion.rate_dps(self.looked_s):
+            motion, then = self.world.motion, self.looked_s
+            if not self.known and motion.rate_dps(then) and motion.level_dps(then) < _TILTS_DPS:
                 self.blind = True
             self.known = app.learning.known
 
