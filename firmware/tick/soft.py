@@ -42,3 +42,15 @@ def over(callback):
         event()
 
     return call
+
+
+def masked(callback, disable_irq, enable_irq):
+    """`callback`, into which no interrupt comes. It raises nothing."""
+
+    @micropython.native
+    def call(source, callback=callback, disable_irq=disable_irq, enable_irq=enable_irq):
+        irqs = disable_irq()
+        callback(source)
+        enable_irq(irqs)
+
+    return call
