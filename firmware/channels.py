@@ -15,6 +15,7 @@ from firmware import filters
 Channel = namedtuple("Channel", ("name", "unit", "scale", "source", "place", "shift", "read"))
 
 VERSION = 1
+_NONE = bytearray()
 ALWAYS = (
     "accel_x", "accel_y", "accel_z", "temp", "gyro_x", "gyro_y", "gyro_z", "roll", "pitch", "yaw",
 )  # fmt: skip
@@ -88,22 +89,28 @@ def header(app, chosen, every):
         "lag_s": filters.lag_s(config, imu),
         "temp_c_at_0": getattr(imu.profile, "temp_offset_c", 0),
         "settings": config.values(),
-        "crc": _crc(config),
+        "crc": _crc_of_all(config),
         "calibration": calibration,
     }
 
 
-def change(app, name):
-    """What one knob changes of it, when that is nothing but its value."""
-    return {"settings": {name: getattr(app.config, name)}, "crc": _crc(app.config)}
+def change(app, name, before, crc):
+    """What one knob changes of it, when that is nothing but its value, which was `before`."""
+    value = getattr(app.config, name)
+    crc = int(crc, 16) ^ _crc(name, before) ^ _crc(name, value)
+    return {"settings": {name: value}, "crc": "%08x" % crc}
 
 
-def _crc(config):
-    """Of all settings, in any order."""
+def _crc_of_all(config):
+    """Of the settings, in any order."""
     crc = 0
-    for item in config.values().items():
-        crc ^= binascii.crc32(("%s=%r" % item).encode())
+    for name, value in config.values().items():
+        crc ^= _crc(name, value)
     return "%08x" % crc
+
+
+def _crc(name, value):
+    return binascii.crc32(("%s=%r" % (name, value)).encode())
 
 
 class Text:
@@ -113,7 +120,11 @@ class Text:
     """
 
     def __init__(self):
-        self.data = bytearray()
+        self.forget()
+
+    def forget(self):
+        """Its room is free."""
+        self.data = _NONE
         self.size = 0
 
     def make(self, head):

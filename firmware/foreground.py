@@ -25,10 +25,10 @@ _COUNT = const(30)
 _TICKS = const(5)
 _AT_REST = const(11)  # firmware.tick.estimate
 
-# a program that is deeper in calls than so many bytes is let go on first, since a hard tick works
-# on the same 8 KB and wants 2560 of them (firmware.stack); for so many ticks at most
-_DEEP = const(1600)
-_PUT_OFF = const(20)
+# a program that is deeper in calls than so many bytes is let go on first, since a look takes up to
+# 2600 and a hard tick works on the same 8 KB and wants 2560 (firmware.stack); for so long at most
+_DEEP = const(2700)
+_PUT_OFF_MS = const(80)
 _FULL = const(4900)  # of the 8 KB of an RP2: no room for a mending or a look either
 _LOOKS_HZ = const(5)  # how often a register is looked at, and the rest once a second
 _CORRECT_TIMER = const(5)  # looks from one at the mean period to the next
@@ -54,6 +54,7 @@ class Foreground:
     def wire(self, rate_hz, correct_every):
         """For a loop of rate_hz that begins anew."""
         self._look_every = max(1, int(rate_hz) // _LOOKS_HZ)
+        self._put_off_most = int(rate_hz) * _PUT_OFF_MS // 1000
         self._correct_every = correct_every
         self._seen = self._looked = 0
         self._looks = 0
@@ -74,10 +75,9 @@ class Foreground:
         used = stack_use()
         if used > _FULL and sys.platform == "rp2":
             return True
-        wait = app.tick_kind == "hard" and used > _DEEP and self._put_off < _PUT_OFF
-        wait = wait and not self._busy(app)
-        self._put_off = self._put_off + 1 if wait else 0
-        return wait
+        wait = app.tick_kind == "hard" and used > _DEEP and self._put_off < self._put_off_most
+        self._put_off = self._put_off + 1 if wait else 0  # and with it a look, whoever waits
+        return wait and not self._busy(app)
 
     def _turn(self, app):
         words, bus = self._words, app.bus
@@ -99,7 +99,7 @@ class Foreground:
         """Whether every tick is to be followed by this."""
         if app.loop.dead or self._words[_AGAIN]:
             return True
-        return app.outputs.soft or app.telemetry.on or app.loop.readers or not app.mend.well
+        return app.outputs.soft or app.telemetry.on or app.loop.readers or not app.mend.idle
 
     def _work(self, app):
         ticks = self._ticks[_TICKS]
@@ -112,7 +112,7 @@ class Foreground:
             wiring.revive(app)
         if self._words[_AGAIN]:
             app.outputs.mend()
-        if not app.mend.well:
+        if not app.mend.idle:
             app.mend.run()
         if app.outputs.active:
             app.outputs.run(missed)
@@ -120,6 +120,8 @@ class Foreground:
             app.telemetry.tick(app.tick.est, app.stale, missed + 1)
         if app.loop.readers:
             app.loop.wake()
+        if self._put_off:
+            return
         if self._part:
             self._look(app)
         elif ticks - self._looked >= self._look_every or ticks < self._looked:

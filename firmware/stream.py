@@ -19,7 +19,7 @@ import time
 from array import array
 
 import micropython
-from micropython import const
+from micropython import const, stack_use
 
 from firmware import channels, ctrl_c
 from firmware.tick import tap
@@ -59,6 +59,12 @@ _FILLED = const(128)  # the same in bytes
 _WRITES = const(2)  # in a row: 256 bytes
 _CALL_MS = const(40)  # at most between two calls
 _STATUS_MS = const(1000)
+# a program that is deeper in calls than so many bytes is let go on first, since a hard tick wants
+# 2560 of the same 8 KB (firmware.stack): samples till the ring is half full, and a frame beside
+# them, which takes more calls, for so many times
+_DEEP = const(4200)
+_DEEP_BESIDE = const(3300)
+_PUT_OFF = const(200)
 _TODO = const(8)  # changes that wait
 _LEAST = const(16)  # records in a ring
 _ROOM = const(4096)  # bytes in one piece that are left beside it, for a filter's code
@@ -69,6 +75,7 @@ _TOLD = const(1)  # of the next frame of counts
 _BESIDE = const(2)  # frames of headers that wait, and changes
 _WRITTEN = const(3)
 _WAITS = const(4)
+_WAITED = const(5)
 
 
 @micropython.viper
@@ -157,6 +164,7 @@ class Stream:
         self._words = _words()
         self._words[_UNTIL] = self._words[_TOLD] = time.ticks_ms()
         self._starts = 0
+        self._crc = ""  # of the settings as they were told last
         self._row = {}
         self._offered = {}
         self.on = False
@@ -255,17 +263,19 @@ class Stream:
             self.on = False
             self._app.outputs.tap = None
             self._app.outputs.hand_over()
+            self._header.forget()
 
-    def changed(self, name=None):
-        """A setting has changed, one that changes nothing else, or all may have: it is told."""
+    def changed(self, name=None, before=None):
+        """A setting has changed, one that was `before` and changes nothing else, or all may have:
+        it is told."""
         if self.on:
             try:
-                self._tell(name)
+                self._tell(name, before)
             except MemoryError as error:
                 self.error = error
                 self.stop()
 
-    def _tell(self, name):
+    def _tell(self, name, before=None):
         app = self._app
         parts = self._ring[_LENGTH] // 28
         samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
@@ -275,7 +285,8 @@ class Stream:
             head.update(self._row)
             self._todo = []
         else:
-            head = channels.change(app, name)
+            head = channels.change(app, name, before, self._crc)
+        self._crc = head["crc"]
         head["start"] = self._starts  # samples of kind 16 + 4 (start & 3) + part are of it
         head["seq"] = self._ring[_SEQ]  # and from this one on it holds
         if name is None or not (self._todo or self._next < self._chunks):
@@ -317,13 +328,23 @@ class Stream:
             due=due,
             fill=fill,
             ticks_ms=time.ticks_ms,
+            stack_use=stack_use,
         ):
             ring[_ASKED] = 0
             try:
+                used = stack_use()
+                if used > _DEEP and not ring[_MODE]:
+                    if (ring[_HEAD] - ring[_TAIL] & 0x3FFFFFFF) < ring[_SIZE] >> 1:
+                        ring[_WAIT] = 0
+                        return
+                if used <= _DEEP_BESIDE:
+                    own[_WAITED] = 0
                 what = due(own, frames, ticks_ms())
                 if what == 1:
                     return stream.stop()
-                if what:
+                if what and used > _DEEP_BESIDE and own[_WAITED] < _PUT_OFF:
+                    own[_WAITED] += 1
+                elif what:
                     stream._other(ticks_ms())
                     if own[_BESIDE]:  # a header of seventy frames is not for seventy batches
                         ring[_WAIT] = 0
@@ -421,7 +442,7 @@ def put(own, kind: int, a: int, b: int, c: int, text: ptr8, size: int):
 
 def _words():
     """Of a Stream, all 0."""
-    return array("i", [0] * 5)
+    return array("i", [0] * 6)
 
 
 def _ring(samples, length, old):

@@ -59,13 +59,16 @@ class Mend:
         """Whether there is nothing to do."""
         return self._doing == _WELL and not self._words[_IN_ROW]
 
+    @property
+    def idle(self):
+        """Whether a step has nothing to do: all is well, or it is mended and still settles."""
+        return self._doing == _WELL and bool(self._words[_SURE] or not self._words[_IN_ROW])
+
     def run(self):
         """A step, where one is due; nothing while somebody else holds the bus."""
         words = self._words
-        if self._bus.held:
+        if self._bus.held or self.idle:
             return
-        if self._doing == _WELL and words[_SURE]:
-            return  # mended, and no fault since; it may still settle
         predicted = in_row = -1
         while predicted != words[_PREDICTED]:  # a tick may come between
             predicted, in_row = words[_PREDICTED], words[_IN_ROW]

@@ -62,6 +62,41 @@ def test_two_seconds_through_mpremote_while_twenty_knobs_are_set(board, rate_hz,
     assert row["ticks_lost"] == row["tick_errors"] == 0 and row["tick"] == "hard"
 
 
+DEEP = """
+class Depth:
+    most = frames = 0
+    def __init__(self, console):
+        self.ready = console.ready
+    def write(self, line):
+        self.most = max(self.most, micropython.stack_use())
+        self.frames += 4
+kept, app.telemetry.console = app.telemetry.console, Depth(app.telemetry.console)
+app.stream.start(keep_s=1000)
+lost = app.stats()["lost"]
+def change(calls):  # in a program that is itself some calls deep
+    if calls:
+        return change(calls - 1)
+    for k in range(12):
+        app.set("attitude_rest_tau_s", 1 + k / 100)
+        time.sleep_us(k * 83)
+for calls in range(3):
+    change(calls)
+time.sleep_ms(300)
+app.stream.stop()
+depth, app.telemetry.console = app.telemetry.console, kept
+print(depth.most, depth.frames, app.stream._ring[3], app.stats()["lost"] - lost)
+"""
+
+
+def test_the_stream_leaves_a_tick_its_stack_however_deep_the_program_is(board):
+    """A hard tick wants 2560 of the 8192 bytes, a write through USB a thousand."""
+    board.exec("app.set('rate_hz', 1000)")
+    most, frames, samples_lost, ticks_lost = map(int, board.exec(DEEP, 120).split())
+    print(most, frames)
+    assert frames > 2000 and most < 8192 - 2560 - 1000
+    assert samples_lost == ticks_lost == 0
+
+
 def test_a_frame_costs_no_byte_and_the_tick_nothing_while_nobody_listens(board):
     board.exec(
         "app.set('rate_hz', 250)\nkept = app.telemetry.console\n"
