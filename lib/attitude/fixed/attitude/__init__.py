@@ -368,9 +368,15 @@ class Attitude(Fixed):
 
         place(self._s, q, self.rate_hz)
 
-    def begin_at(self, there):
+    def tilt_doubt_deg(self):
+        """By how much the tilt may be off, one sigma."""
+        from attitude.fixed.attitude.stand import tilt_doubt_deg
+
+        return self.whole(lambda state: tilt_doubt_deg(self._s, state))
+
+    def begin_at(self, there, tilt_deg=None):
         """Begin there, past the time of levelling."""
         from attitude.fixed.attitude.stand import begin_at
 
         begin(self._s)
-        begin_at(self._s, there, self.rate_hz)
+        begin_at(self._s, there, tilt_deg, self.rate_hz)
