@@ -45,12 +45,14 @@ def over(callback):
 
 
 def masked(callback, disable_irq, enable_irq):
-    """`callback`, into which no interrupt comes. It raises nothing."""
+    """`callback`, into which no interrupt comes; they do again after it, even where it raises."""
 
     @micropython.native
     def call(source, callback=callback, disable_irq=disable_irq, enable_irq=enable_irq):
         irqs = disable_irq()
-        callback(source)
-        enable_irq(irqs)
+        try:
+            callback(source)
+        finally:
+            enable_irq(irqs)
 
     return call

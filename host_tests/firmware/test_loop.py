@@ -255,6 +255,26 @@ def test_a_timer_whose_calls_are_late_is_not_taken_for_a_dead_one(port):
     assert loop.dead
 
 
+@pytest.mark.parametrize("error", [None, KeyboardInterrupt, ValueError])
+def test_interrupts_are_back_after_a_masked_tick_whatever_it_raises(port, error):
+    from firmware.tick import soft
+
+    seen = []
+
+    def tick(source):
+        seen.append(source)
+        if error:
+            raise error
+
+    call = soft.masked(tick, lambda: seen.append("off") or 7, seen.append)
+    if error:
+        with pytest.raises(error):
+            call("timer")
+    else:
+        call("timer")
+    assert seen == ["off", "timer", 7]
+
+
 @pytest.mark.parametrize("rate_hz", [79, 1001, 0])
 def test_rates_out_of_range_are_refused(port, rate_hz):
     from firmware.loop import Loop
