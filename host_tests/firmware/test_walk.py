@@ -20,6 +20,30 @@ def test_a_hundred_walks_of_thirty_steps_break_no_promise(part):
     assert found is None, as_test(*found)
 
 
+def test_a_walk_is_printed_with_all_that_plays_it_again():
+    steps = [
+        ("interrupt", {"ms": 100, "after": 0}),
+        ("interrupt", {"ms": 100, "after": 7}),
+        ("set", {"knob": "rate_hz", "value": None, "how": None, "after": 3, "plainly": False}),
+        ("set", {"knob": "rate_hz", "value": 5, "how": "Ctrl-C", "after": 3, "plainly": False}),
+        ("start", {"how": None, "after": 2}),
+        ("move", {"kind": "rest", "rate_dps": None}),
+    ]
+    played = []
+    space = {"replay": lambda board, steps, path: played.extend([board, *steps])}
+    exec(as_test("soft", steps, "what broke"), space)
+    space["test_NAME"](None)
+    assert played == [
+        "soft",
+        ("interrupt", {"ms": 100, "after": 0}),
+        ("interrupt", {"ms": 100, "after": 7}),
+        ("set", {"knob": "rate_hz", "value": None, "plainly": False}),
+        ("set", {"knob": "rate_hz", "value": 5, "how": "Ctrl-C", "after": 3, "plainly": False}),
+        ("start", {}),
+        ("move", {"kind": "rest"}),
+    ]
+
+
 # ---- what is broken on purpose is seen
 
 

@@ -37,7 +37,7 @@ def as_test(board, steps, what):
         told = {k: v for k, v in parameters.items() if v is not None}
         if name == "set":
             told["value"] = parameters["value"]
-        if not told.get("how"):
-            told.pop("after", None)
+        if "how" in parameters and not told.get("how"):
+            told.pop("after", None)  # a Ctrl-C's
         lines.append("        (%r, %r)," % (name, told))
     return "\n".join([*lines, "    ]", "    replay(%r, steps, tmp_path)" % board])
