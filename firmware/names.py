@@ -22,8 +22,8 @@ _NAMES = (
     "_linearise|_lines|_mean|_needed|_nominal16|_not_still|_number|_numbers|_of|_over|_parse",
     "_path|_period16|_poses|_rests|_run_for|_same_again|_sample|_scalar|_scaling|_set_angles",
     "_sigma|_solved|_square|_squares|_started|_stored|_symmetric|_tell|_temps|_text|_tidied",
-    "_times|_trims|_trims_6500|_true|_twice|_unit|_up|_update|_value|_variance|_with|_yaw",
-    "accel_angle_deg|acos|age_ms|alpha|attitude.bounds|attitude.complementary",
+    "_tilt_deg|_times|_trims|_trims_6500|_true|_twice|_unit|_up|_update|_value|_variance|_with",
+    "_yaw|accel_angle_deg|acos|age_ms|alpha|attitude.bounds|attitude.complementary",
     "attitude.fixed.attitude|attitude.fixed.gains|attitude.fixed.kalman_step",
     "attitude.fixed.kalman_tilt2|attitude.float_base|attitude.float_tilt|attitude.kalman_tilt",
     "axes|axis|balance_kd|balance_kp|base|beginning|bias_forgotten|binascii|block_s|bounds",
@@ -40,8 +40,8 @@ _NAMES = (
     "moved: |mpu6050.selftest|nearest|nose_up|off|one of |orientation|over_range|p00|p01|p11|part",
     "partition|pin_out_1|pin_out_2|pin_out_3|pin_out_4|pin_scl|pin_sda|place_in|plumb|pose|poses",
     "predicted|px|py|rate_dps|rb|readings|refine|rename|response|save_calibration|saved|scale1",
-    "selftest|sigma|solve|span_s|square|stat|stored|target|text|tilt|tilt_deg|too long|trim",
-    "trust_g|used|variance|view|wb|with_slopes|word|xyz|yaw|young|{%s}|~",
+    "selftest|sigma|solve|span_s|square|stat|stored|target|text|tilt|too long|trim|trust_g|used",
+    "variance|view|wb|with_slopes|word|xyz|yaw|young|{%s}|~",
 )
 
 
