@@ -220,13 +220,13 @@ class App:
         was learned of the gyro's bias and scale is stored.
         """
         running = self.running
+        end = (int, self.outputs.safe)[running]
         try:
             if self.loop:  # its timers too, where a Ctrl-C in its end has left some
                 self.loop.stop()
                 self.bus.forget(self.tick.mask)
-        finally:  # also after a Ctrl-C
-            if running:
-                self.outputs.safe()
+        finally:
+            end()  # and no jump before it, at which a Ctrl-C would come in
         if running:
             try:
                 self._keep_learned()

@@ -613,3 +613,21 @@ def test_a_filter_that_is_made_anew_knows_the_tilt_as_the_one_before(
     steps += [near, near, ("wait", {"ms": 1100}), ("move", {"kind": "rest"})]
     steps += [("wait", {"ms": 500})]
     replay(board, steps + then, tmp_path)
+
+
+ENDS = [("start", {}), ("stop", {})]
+ENDS += [("verb", {"name": name}) for name in ("self_test", "level_here")]
+
+
+@boards
+@pytest.mark.parametrize("name, knobs", ENDS, ids=[str(end) for end in ENDS])
+@pytest.mark.parametrize("application", ["quad", "balance"])
+def test_ctrl_c_where_the_loop_ends_leaves_no_motor_on(board, name, knobs, application, tmp_path):
+    """At each of the first jumps of what stops it."""
+    arm = [("application", {"name": application}), ("wait", {"ms": 500})]
+    arm += [("arm", {"name": application}), ("wait", {"ms": 50})]
+    steps = list(REST)
+    for after in range(14):
+        steps += [*arm, (name, {**knobs, "how": "Ctrl-C", "after": after}), ("wait", {"ms": 300})]
+        steps += [("start", {}), ("wait", {"ms": 100})]
+    replay(board, steps, tmp_path)

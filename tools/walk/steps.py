@@ -120,10 +120,12 @@ class Steps:
             world.should_run = world.app.running
             world.checks.reference = None
 
-    def stop(self):
+    def stop(self, how=None, after=0):
         """app.stop()"""
-        self.world.should_run = False
-        self._call(self.world.app.stop)
+        world = self.world
+        world.should_run = False
+        if not self._call(world.app.stop, how=how, after=after):
+            world.should_run = world.app.running
 
     def set(self, knob, value, how=None, after=0, plainly=False):
         """app.set(knob, value), or app.config.knob = value."""
