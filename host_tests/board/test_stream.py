@@ -88,8 +88,9 @@ print(depth.most, depth.frames, app.stream._ring[3], app.stats()["lost"] - lost)
 """
 
 
-def test_the_stream_leaves_a_tick_its_stack_however_deep_the_program_is(board):
-    """A hard tick wants 2560 of the 8192 bytes, a write through USB a thousand."""
+def test_the_stream_leaves_a_tick_its_stack_where_a_program_is_deep_in_calls(board):
+    """Three depths of a program that sets. A hard tick wants 2560 of the 8192 bytes, a write
+    through USB a thousand."""
     board.exec("app.set('rate_hz', 1000)")
     most, frames, samples_lost, ticks_lost = map(int, board.exec(DEEP, 120).split())
     print(most, frames)
