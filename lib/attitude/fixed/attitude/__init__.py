@@ -141,7 +141,7 @@
 # 358     QUIET       variance of the position without errors, in SHARE's scale               learn
 # 359     NU          the position by its sigma, Q13                                          learn
 # 360-362 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                      learn, level
-# 363     HIDDEN      tilt that a gap may hide, rad Q15                                        turn
+# 363     HIDDEN      tilt that a gap, or another filter, may hide, rad Q15             stand, turn
 
 from math import degrees
 
