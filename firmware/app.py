@@ -292,7 +292,7 @@ class App:
         config = self.config
         before, running = config.values(), self.running
         past = self._past[1 - _UNDO :] + [{name: before.get(name) for name in values}]
-        allowed, kept, told = False, before, None
+        allowed, kept = False, before
         try:
             for name in values:
                 config.set(name, values[name])
@@ -301,20 +301,15 @@ class App:
                 filters.load(config.filter)  # here, where the stack is still far from its end
             allowed = True
             self._apply(values, before)
-            told = self._stream
-            if told and _any(values, ALL_OVER):
-                told.changed()
-            elif told:
+            if self._stream:
                 for name in values:
-                    told.changed(name, before[name])
+                    self._stream.changed(None if name in ALL_OVER else name)
             kept = config.values()
             self._past = past
         finally:  # after a Ctrl-C too; the first line of this nothing can keep from being done
             config.take(kept)
             if kept is before and allowed:
                 self._take_back(values, running)
-                if told:
-                    told.changed()
 
     @property
     def stream(self):

@@ -89,28 +89,22 @@ def header(app, chosen, every):
         "lag_s": filters.lag_s(config, imu),
         "temp_c_at_0": getattr(imu.profile, "temp_offset_c", 0),
         "settings": config.values(),
-        "crc": _crc_of_all(config),
+        "crc": _crc(config),
         "calibration": calibration,
     }
 
 
-def change(app, name, before, crc):
-    """What one knob changes of it, when that is nothing but its value, which was `before`."""
-    value = getattr(app.config, name)
-    crc = int(crc, 16) ^ _crc(name, before) ^ _crc(name, value)
-    return {"settings": {name: value}, "crc": "%08x" % crc}
+def change(app, name):
+    """What one knob changes of it, when that is nothing but its value."""
+    return {"settings": {name: getattr(app.config, name)}, "crc": _crc(app.config)}
 
 
-def _crc_of_all(config):
-    """Of the settings, in any order."""
+def _crc(config):
+    """Of all settings, in any order."""
     crc = 0
-    for name, value in config.values().items():
-        crc ^= _crc(name, value)
+    for item in config.values().items():
+        crc ^= binascii.crc32(("%s=%r" % item).encode())
     return "%08x" % crc
-
-
-def _crc(name, value):
-    return binascii.crc32(("%s=%r" % (name, value)).encode())
 
 
 class Text:

@@ -12,14 +12,11 @@ import time
 import machine
 from micropython import const
 
-from firmware.tick import timing
-
 _FAR_US = const(1 << 29)  # half of the ticks' wrap
 _AGE_US = const(3)  # places of firmware.tick.words
 _DUE = const(12)
 _TRIES = const(5)
 _TICKS = const(5)  # of firmware.tick.timing
-_EXTRA = const(7)
 
 
 class Loop:
@@ -46,7 +43,7 @@ class Loop:
         self._tick = tick
         self._timing = tick.timing
         self._ticks = tick.timing.words
-        self._called = -1
+        self._ticked = -1
         self.dead = False  # the timer of the ticks has died, and the guard alone goes on
         self._grid = grid
         self._source = source
@@ -54,10 +51,9 @@ class Loop:
         self._guard = guard
         # whole periods: it stays where it begins, out of the ticks' way
         self._guard_us = max(2, guard_us // self.period_us) * self.period_us
-        self._masked = masked
-        self._instead = None  # what ticks in the place of a tick that has not come
-        self._on_guard = timing.guard(self._ticks, self._missed, tick.raised)
+        self._on_guard = self._watch_edges
         self._guards = guards
+        self._masked = masked
         self._sources = []
         self.readers = []  # those who wait for samples
 
@@ -72,11 +68,6 @@ class Loop:
         self.stop()
         self.edges_missing = 0
         self._timing.clear()
-        self._instead = self._tick.run
-        if self._masked:
-            from firmware.tick import soft
-
-            self._instead = soft.masked(self._instead, machine.disable_irq, machine.enable_irq)
         guard = self._call(2, self._on_guard)  # before there are ticks, which would wait for it
         self._begin()
         if self._lead_us == self.period_us:
@@ -167,18 +158,28 @@ class Loop:
         """Mean period since the last call, lost ticks included, rounded; 0 when unknown."""
         return self._timing.recent_period_us()
 
-    def _missed(self, source):
-        """A tick in the place of one that has not come. Few locals: with more it would be a heap
-        block, for which a full heap is searched while the tick waits."""
-        self.edges_missing += 1
-        if self._grid and self._calls() == self._called:  # nobody else has called since
-            self.dead = True
-            self._tick.words[_DUE] = 0
-        self._instead(source)
-        self._called = self._calls()
+    def _watch_edges(self, source):
+        try:
+            self._watch(source)
+        except KeyboardInterrupt as error:
+            self._tick.raised(error)
 
-    def _calls(self):
-        return self._ticks[_TICKS] + self._ticks[_EXTRA]
+    def _watch(self, source):
+        if self.since_us() > self.period_us + (self.period_us >> 1):
+            self.edges_missing += 1
+            ticks = self._ticks
+            if self._grid and ticks[_TICKS] == self._ticked:  # nobody else has ticked since
+                self.dead = True
+                self._tick.words[_DUE] = 0
+            if self._masked:
+                irqs = machine.disable_irq()
+                try:
+                    self._tick.run(source)
+                finally:
+                    machine.enable_irq(irqs)
+            else:
+                self._tick.run(source)
+            self._ticked = ticks[_TICKS]
 
 
 class _Samples:

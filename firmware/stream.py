@@ -164,7 +164,6 @@ class Stream:
         self._words = _words()
         self._words[_UNTIL] = self._words[_TOLD] = time.ticks_ms()
         self._starts = 0
-        self._crc = ""  # of the settings as they were told last
         self._row = {}
         self._offered = {}
         self.on = False
@@ -265,17 +264,16 @@ class Stream:
             self._app.outputs.hand_over()
             self._header.forget()
 
-    def changed(self, name=None, before=None):
-        """A setting has changed, one that was `before` and changes nothing else, or all may have:
-        it is told."""
+    def changed(self, name=None):
+        """A setting has changed, one that changes nothing else, or all may have: it is told."""
         if self.on:
             try:
-                self._tell(name, before)
+                self._tell(name)
             except MemoryError as error:
                 self.error = error
                 self.stop()
 
-    def _tell(self, name, before=None):
+    def _tell(self, name):
         app = self._app
         parts = self._ring[_LENGTH] // 28
         samples = _CALL_MS * 1000 // (app.loop.period_us * self._every)
@@ -285,8 +283,7 @@ class Stream:
             head.update(self._row)
             self._todo = []
         else:
-            head = channels.change(app, name, before, self._crc)
-        self._crc = head["crc"]
+            head = channels.change(app, name)
         head["start"] = self._starts  # samples of kind 16 + 4 (start & 3) + part are of it
         head["seq"] = self._ring[_SEQ]  # and from this one on it holds
         if name is None or not (self._todo or self._next < self._chunks):

@@ -28,7 +28,6 @@ _LEVEL_US = const(1500000)  # after a filter that may stand wrong
 _STILL_MDPS = const(3000)
 _RIGHT_DEG = const(1.5)
 _SWAP_MS = const(30)  # two periods at the lowest rate, and a little
-_REST_DEG = 0.2  # as well as a rest shows the tilt
 _NO = (0.0, 0.0, 0.0)
 
 # places: firmware.tick.words
@@ -227,7 +226,7 @@ def use(app, new):
 def begin_at(filter, accel_g, yaw_deg=0.0):
     """The filter stands as at a rest: the bias is that of its calibration."""
     roll, pitch = accel_tilt_deg(*accel_g)
-    filter.begin_at((of_angles(roll, pitch, yaw_deg), _NO, _NO, _NO), _REST_DEG)
+    filter.begin_at((of_angles(roll, pitch, yaw_deg), _NO, _NO, _NO))
 
 
 def rested(app, calibration):

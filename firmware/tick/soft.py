@@ -42,17 +42,3 @@ def over(callback):
         event()
 
     return call
-
-
-def masked(callback, disable_irq, enable_irq):
-    """`callback`, into which no interrupt comes; they do again after it, even where it raises."""
-
-    @micropython.native
-    def call(source, callback=callback, disable_irq=disable_irq, enable_irq=enable_irq):
-        irqs = disable_irq()
-        try:
-            callback(source)
-        finally:
-            enable_irq(irqs)
-
-    return call

@@ -4,7 +4,6 @@
 Everything is int32 in two arrays, kept by one viper function; statistics are made on demand.
 """
 
-import time
 from array import array
 
 import micropython
@@ -130,30 +129,6 @@ def account(words: ptr32, bins: ptr32, now: int) -> int:
             bins[_BINS * which + index] += 1
         which += 1
     return dt
-
-
-@micropython.viper
-def missing(words: ptr32, now: int) -> int:
-    """1 where no tick has come for one and a half periods before `now`, after which one may."""
-    period = words[_PERIOD]
-    return 1 if ((now - words[_LAST] + period) & 0x3FFFFFFF) > 2 * period + (period >> 1) else 0
-
-
-def guard(words, tick, raised):
-    """What a second timer calls: `tick(source)` where the first one's ticks, or the edges, stay
-    away; raised(error) gets a Ctrl-C that comes into a soft one. Else it is back at once, since a
-    tick that meets it waits for its end."""
-
-    @micropython.native
-    def look(source, words=words, tick=tick, raised=raised, missing=missing,
-             ticks_us=time.ticks_us):  # fmt: skip
-        if missing(words, ticks_us()):
-            try:
-                tick(source)
-            except KeyboardInterrupt as error:
-                raised(error)
-
-    return look
 
 
 class Timing:

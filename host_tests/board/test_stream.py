@@ -85,6 +85,7 @@ time.sleep_ms(300)
 app.stream.stop()
 depth, app.telemetry.console = app.telemetry.console, kept
 print(depth.most, depth.frames, app.stream._ring[3], app.stats()["lost"] - lost)
+del Depth, change, depth, kept, lost, calls
 """
 
 

@@ -59,9 +59,8 @@ def make_loop(step, clock, **settings):
     """(loop, its sources) with `clock()` in place of ticks_us."""
     from firmware import loop as loops
     from firmware import tick as ticks
-    from firmware.tick import timing
 
-    loops.time = ticks.time = timing.time = Time(clock)
+    loops.time = ticks.time = Time(clock)
     sources = []
 
     def source(period_us, callback):
@@ -225,54 +224,6 @@ def test_the_sensors_edges_set_the_pace_and_a_dead_line_is_ticked_by_the_guard(p
     stats = loop.stats()
     assert stats["edges_missing"] == 6
     assert stats["lost"] == 6  # every second one
-
-
-def test_a_timer_whose_calls_are_late_is_not_taken_for_a_dead_one(port):
-    """Two stalls of 37 ms, after each of which the guard happens to be called first, and then the
-    timer's calls, back to back, most of which are skipped."""
-    now, guards, seen = [0], [], []
-
-    def guard(period_us, callback):
-        guards.append(Source(period_us, callback))
-        return guards[-1]
-
-    loop, sources = make_loop(seen.append, lambda: now[0], rate_hz=100, guard=guard)
-    loop.start()
-    for _ in range(5):
-        now[0] += 10000
-        sources[-1].callback(None)
-    for stall in range(6):
-        now[0] += 37000
-        guards[0].callback(None)
-        assert not loop.dead and loop.edges_missing == stall + 1
-        for _ in range(2):
-            sources[-1].callback(None)
-    now[0] += 100000
-    guards[0].callback(None)
-    assert not loop.dead  # its calls may still come
-    now[0] += 50000
-    guards[0].callback(None)
-    assert loop.dead
-
-
-@pytest.mark.parametrize("error", [None, KeyboardInterrupt, ValueError])
-def test_interrupts_are_back_after_a_masked_tick_whatever_it_raises(port, error):
-    from firmware.tick import soft
-
-    seen = []
-
-    def tick(source):
-        seen.append(source)
-        if error:
-            raise error
-
-    call = soft.masked(tick, lambda: seen.append("off") or 7, seen.append)
-    if error:
-        with pytest.raises(error):
-            call("timer")
-    else:
-        call("timer")
-    assert seen == ["off", "timer", 7]
 
 
 @pytest.mark.parametrize("rate_hz", [79, 1001, 0])

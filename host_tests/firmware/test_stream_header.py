@@ -3,10 +3,7 @@
 they are sent. What goes over the line is in board/test_stream.py.
 """
 
-import functools
 import json
-import operator
-import zlib
 
 import pytest
 
@@ -64,57 +61,6 @@ def test_changes_that_come_faster_than_they_are_sent_are_few_and_end_at_the_last
         "complementary_tau_s": app.config.complementary_tau_s,
     }
     assert app.config.attitude_rest_tau_s == 0.5 + 39 / 100
-
-
-def crc(app):
-    """Of all settings, each written name=value."""
-    lines = [f"{name}={value!r}" for name, value in app.config.values().items()]
-    return f"{functools.reduce(operator.xor, [zlib.crc32(line.encode()) for line in lines]):08x}"
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda app: app.set("attitude_rest_tau_s", 0.7),
-        lambda app: app.set("telemetry_format", "teleplot"),
-        lambda app: app.set("gyro_dps", 1000),
-        lambda app: app.set("filter", "kalman2"),
-        lambda app: app.undo(),
-        lambda app: app.defaults(),
-        lambda app: app._change({"rate_hz": 200, "still_dps": 3.0}),
-        lambda app: app._change({"still_dps": 4.0, "rest_s": 0.3}),
-    ],
-)
-def test_the_last_that_is_told_has_the_crc_of_all_settings(app, change):
-    app.set("still_dps", 2.0)
-    for _ in range(2):
-        change(app)
-        last = (app.stream._todo or [told(app)])[-1]
-        assert last["crc"] == crc(app)
-
-
-@pytest.mark.parametrize("at", [1, 2])
-def test_what_was_told_and_is_taken_back_is_told_again(app, at, monkeypatch):
-    """Ctrl-C as the second of two is told, or just after it."""
-    stream, names = app.stream, []
-    tell = stream.changed
-
-    def press(name=None, before=None):
-        names.append(name)
-        if at == 2:
-            tell(name, before)
-        if len(names) == 2:
-            raise KeyboardInterrupt
-        if at == 1:
-            tell(name, before)
-
-    was = app.config.values()
-    monkeypatch.setattr(stream, "changed", press)
-    with pytest.raises(KeyboardInterrupt):
-        app._change({"still_dps": 4.0, "attitude_rest_tau_s": 0.7})
-    assert app.config.values() == was and names == ["still_dps", "attitude_rest_tau_s", None]
-    assert not stream._todo and told(app)["crc"] == crc(app)
-    assert told(app)["settings"] == json.loads(json.dumps(was))
 
 
 @pytest.mark.parametrize("most", [16, 32, 64, 256])

@@ -591,30 +591,6 @@ def test_a_time_constant_changes_no_angle(board, tau_s, learned, tmp_path):
             assert walk.world.checks.tilt_error(walk.world.app.sample()) < before + 0.3
 
 
-@boards
-@pytest.mark.parametrize("then", [
-    [("arm", {"name": "quad"})], [("wait", {"ms": 100})] * 5,
-], ids=len)  # fmt: skip
-@pytest.mark.parametrize("change", [
-    [("application", {"name": "quad"})],
-    [("set", {"knob": "rate_hz", "value": 1000})],
-    [("set", {"knob": "rate_hz", "value": 500})],
-    [("set", {"knob": "gyro_dps", "value": 1000})],
-    [("set", {"knob": "filter", "value": "float.attitude"})],
-], ids=str)  # fmt: skip
-def test_a_filter_that_is_made_anew_knows_the_tilt_as_the_one_before(
-    board, change, then, tmp_path
-):
-    """Five seconds later, in motion, its first look turned a right tilt by three degrees, which
-    was claimed."""
-    near, far = [("move", {"kind": "free", "amplitude_deg": amplitude}) for amplitude in (10, 25)]
-    steps = [("start", {}), *change, far, ("other_device", {"ms": 1}), near, far]
-    steps += [("other_device", {"ms": 120}), ("wait", {"ms": 500}), ("wait", {"ms": 1100})]
-    steps += [near, near, ("wait", {"ms": 1100}), ("move", {"kind": "rest"})]
-    steps += [("wait", {"ms": 500})]
-    replay(board, steps + then, tmp_path)
-
-
 ENDS = [("start", {}), ("stop", {})]
 ENDS += [("verb", {"name": name}) for name in ("self_test", "level_here")]
 

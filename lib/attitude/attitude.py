@@ -241,13 +241,8 @@ class Attitude(Orientation):
         """Yaw counts from here: what it was off by is no more."""
         self._slow.forget_yaw()
 
-    def tilt_doubt_deg(self):
-        """By how much the tilt may be off, one sigma; see attitude.standing."""
-        return self._slow.tilt_doubt_deg()
-
-    def begin_at(self, there, tilt_deg=None):
-        """Begin there, past the time of levelling; see attitude.standing."""
-        q, rates_dps, bias_dps, home_dps = there
+    def begin_at(self, q, rates_dps, bias_dps, home_dps):
+        """Begin there, past the time of levelling; with no rate at all: where a rest was."""
         self.reset()
-        self._slow.begin_at(bias_dps, home_dps, tilt_deg)
+        self._slow.begin_at(bias_dps, home_dps, not any(rates_dps))
         self._q, self._rates = q, tuple(rates_dps)

@@ -130,11 +130,7 @@ class FloatAttitude(FromCounts):
         self.cores[0].place(q)
         self._show()
 
-    def tilt_doubt_deg(self):
-        """By how much the tilt may be off, one sigma."""
-        return self.cores[0].tilt_doubt_deg()
-
-    def begin_at(self, there, tilt_deg=None):
+    def begin_at(self, there):
         """Begin there, past the time of levelling."""
-        self.cores[0].begin_at(there, tilt_deg)
+        self.cores[0].begin_at(*there)
         self.place(there[0])

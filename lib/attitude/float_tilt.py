@@ -99,7 +99,7 @@ class FloatTilt(FromCounts):
         self._set_angles(angles_deg(q))
         self._show()
 
-    def begin_at(self, there, _tilt_deg=None):
+    def begin_at(self, there):
         """Begin there."""
         q, rates, bias, home = there
         self.reset()

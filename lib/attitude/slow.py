@@ -67,9 +67,9 @@ class Slow:
         self.bounds.forget_yaw()
         self._held = [0.0, 0.0]
 
-    def begin_at(self, bias_dps, home_dps, tilt_deg):
-        """After reset(): begin with this bias, the one last seen at rest or None, and a tilt that
-        may be off by tilt_deg, one sigma, None where nobody knows."""
+    def begin_at(self, bias_dps, home_dps, at_rest):
+        """After reset(): begin with this bias, and the one last seen at rest or None; levelled,
+        at_rest: by a rest."""
         self.blank = False
         self.rest.begin_at(home_dps)
         self.learning.rest([radians(b) for b in bias_dps])
@@ -77,8 +77,7 @@ class Slow:
             self.learning.sigma[:3] = [max(_TOLD, abs(radians(b))) for b in bias_dps]
         # a filter that has not told its bias at rest may not know all of it
         self._age_s = _OLD_S if home_dps else _YOUNG_S
-        tilt = _START_TILT if tilt_deg is None else radians(tilt_deg)
-        self._unknown = max(_REST_TILT, min(_START_TILT, tilt))
+        self._unknown = _REST_TILT if home_dps and at_rest else _START_TILT
         self.gain = self._gain_now()
 
     def _begin(self):
@@ -96,12 +95,6 @@ class Slow:
     def young(self):
         """While the mean alone levels."""
         return self._age_s < _YOUNG_S
-
-    def tilt_doubt_deg(self):
-        """By how much the tilt may be off, one sigma, what no look has shown yet among it."""
-        if self.young:
-            return degrees(_START_TILT)
-        return degrees(max([self._unknown, _REST_TILT] + self.learning.sigma[12:14]))
 
     def over_range(self):
         """The gyro has lost a part of a turn: as unsure as just after the start."""

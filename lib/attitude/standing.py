@@ -3,10 +3,9 @@
 
 A filter gives standing(): (quaternion sensor to earth, rates and bias in deg/s, the bias as last
 seen at rest or None), all of its last sample, or None before the first one; alike(other): whether
-the other's state() fits; and takes place(quaternion), begin_at(standing, tilt_deg): by how much
-the tilt may be off, one sigma, None where nobody knows. One that knows yaw also gives
-tilt_doubt_deg(). A filter of roll and pitch cannot tell a turn from a bias: it hands on the one at
-rest that was handed to it.
+the other's state() fits; and takes place(quaternion), begin_at(standing), where a bias seen at
+rest and no rate at all say that a rest has shown the tilt. A filter of roll and pitch cannot tell
+a turn from a bias: it hands on the one at rest that was handed to it.
 """
 
 from math import atan2, cos, degrees, radians, sin, sqrt
@@ -67,7 +66,6 @@ def go_on(own, other, dt_us, yaw_deg):
     if not alike:
         if home and own.knows_yaw and not other.knows_yaw:
             bias = home
-        doubt = other.tilt_doubt_deg() if own.knows_yaw and other.knows_yaw else None
-        own.begin_at((q, rates, bias, home), doubt)
+        own.begin_at((q, rates, bias, home))
     elif dt_us or yaw_deg is not None:
         own.place(q)

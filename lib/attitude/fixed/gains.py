@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The gains of a two-state Kalman filter as a table, since they do not depend on the data."""
 
-from array import array
-
 _RATIO = 1.35  # of the lengths of two neighbouring rows
 _SETTLED = 1e-4  # change of the gain over the last tenth of its life at which the table ends
 
@@ -11,44 +9,30 @@ def gain_rows(rate_hz, q_angle, q_bias, r_measure):
     """The table of an angle and its gyro's bias; see rows(). k1, bias in 1/64 angle unit per
     sample for an angle unit, is the second gain.
     """
-    return rows(_knots(1.0 / rate_hz, q_angle, q_bias, r_measure), 64.0 / rate_hz)
+    knots = _knots(1.0 / rate_hz, q_angle, q_bias, r_measure)
+    return rows(knots, 64.0 / rate_hz)
 
 
 def rows(knots, scale1=1.0):
     """([first k0, first k1, rows...], shift0, shift1): straight lines between exact gains.
 
-    knots: Knots. A row is (samples, change of k0, change of k1 per sample); a row of 0 samples
-    ends the table. The gains are times 2^(30 + shift), k1 times scale1 as well; both stay below
-    2^30.
+    knots: (sample, k0, k1). A row is (samples, change of k0, change of k1 per sample); a row of
+    0 samples ends the table. The gains are times 2^(30 + shift), k1 times scale1 as well; both
+    stay below 2^30.
     """
-    shift0, scale0 = _scaling(knots.k0, 1.0)
-    shift1, more = _scaling(knots.k1, scale1)
+    shift0, scale0 = _scaling([k[1] for k in knots])
+    shift1, more = _scaling([k[2] * scale1 for k in knots])
     scale1 *= more
-    k0, k1 = int(knots.k0[0] * scale0), int(knots.k1[0] * scale1)
-    table = [k0, k1]
-    for i in range(1, len(knots.samples)):
-        n = knots.samples[i] - knots.samples[i - 1]
-        d0 = int((knots.k0[i] * scale0 - k0) / n)
-        d1 = int((knots.k1[i] * scale1 - k1) / n)
-        table += (n, d0, d1)
+    table = [int(knots[0][1] * scale0), int(knots[0][2] * scale1)]
+    k0, k1 = table
+    for i in range(1, len(knots)):
+        n = knots[i][0] - knots[i - 1][0]
+        d0 = int((knots[i][1] * scale0 - k0) / n)
+        d1 = int((knots[i][2] * scale1 - k1) / n)
+        table += [n, d0, d1]
         k0 += n * d0
         k1 += n * d1
-    table += (0, 0, 0)
-    return table, shift0, shift1
-
-
-class Knots:
-    """Gains k0 and k1 at the samples of these numbers: columns, since a board keeps a float of a
-    tuple in a block of its own.
-    """
-
-    def __init__(self):
-        self.samples, self.k0, self.k1 = array("i"), array("d"), array("d")
-
-    def add(self, sample, k0, k1):
-        self.samples.append(sample)
-        self.k0.append(k0)
-        self.k1.append(k1)
+    return table + [0, 0, 0], shift0, shift1
 
 
 def place_in(table, samples):
@@ -71,8 +55,8 @@ def place_in(table, samples):
     return [left, at, k0, k1, d0, d1]
 
 
-def _scaling(values, scale):
-    largest = max(max(values), -min(values)) * abs(scale)
+def _scaling(values):
+    largest = max([abs(v) for v in values])
     if largest >= 1.0:
         raise ValueError("q_angle or q_bias too large for this rate and r_measure")
     shift = 0
@@ -82,7 +66,7 @@ def _scaling(values, scale):
 
 
 def _knots(dt_s, q_angle, q_bias, r_measure):
-    """Knots of the recursion of paper 000, eqs. 18-27, starting with P = 0.
+    """(sample, k0, k1) of the recursion of paper 000, eqs. 18-27, starting with P = 0.
 
     P before one sample goes to P before the one 2^k later by H + A' P (1 + G P)^-1 A, whose A, G
     and H make those of twice as long: the doubling algorithm of Riccati equations, since a board
@@ -90,14 +74,13 @@ def _knots(dt_s, q_angle, q_bias, r_measure):
     """
     p = (dt_s * q_angle, 0.0, 0.0, dt_s * q_bias)
     one = (1.0, 0.0, -dt_s, 1.0), (1.0 / r_measure, 0.0, 0.0, 0.0), p
-    knots = Knots()
+    knots = []
     n = 0
     while True:
         s = p[0] + r_measure
         k1 = p[1] / s
-        knots.add(n, p[0] / s, k1)
-        many = len(knots.k1) > 8
-        if n * dt_s > 30.0 or (many and abs(k1 - knots.k1[-2]) <= _SETTLED * abs(k1)):
+        knots.append((n, p[0] / s, k1))
+        if n * dt_s > 30.0 or (len(knots) > 8 and abs(k1 - knots[-2][2]) <= _SETTLED * abs(k1)):
             return knots
         due = int(n * _RATIO) + 2
         left, n, step = due - n, due, one  # made anew each time: kept, they need room

@@ -6,7 +6,7 @@ from array import array
 import micropython
 from micropython import const
 
-from attitude.fixed.gains import Knots, rows
+from attitude.fixed.gains import rows
 
 _VALUE = const(0)  # times 2^11
 _LEFT = const(1)  # samples left in this row of the gain table
@@ -81,17 +81,16 @@ class Kalman1D:
 
 
 def _knots(q, r, p):
-    """Knots of the gain, and of 0, from paper 000, eqs. 2-4 and 15, until the gain stays."""
-    knots = Knots()
+    """(sample, gain, 0) from paper 000, eqs. 2-4 and 15, until the gain stays."""
+    knots = []
     n = due = 0
     while True:
         p += q
         gain = p / (p + r)
         p *= 1.0 - gain
         if n == due:
-            knots.add(n, min(gain, 0.99996), 0.0)
-            many = len(knots.k0) > 6
-            if n > 4000 or (many and abs(gain - knots.k0[-2]) <= 1e-4 * gain):
+            knots.append((n, min(gain, 0.99996), 0.0))
+            if n > 4000 or (len(knots) > 6 and abs(gain - knots[-2][1]) <= 1e-4 * gain):
                 return knots
             due = n + 1 + n // 12
         n += 1

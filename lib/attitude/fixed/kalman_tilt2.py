@@ -194,7 +194,7 @@ class KalmanTilt2(Fixed):
             s[at] = round(angle * _UNIT_PER_DEG)
             s[_OUT + i] = round(angle * 1000.0)
 
-    def begin_at(self, standing, _tilt_deg=None):
+    def begin_at(self, standing):
         """Begin there, with the gains of one that has run for long."""
         q, rates, bias, home = standing
         self.reset()

@@ -141,7 +141,7 @@
 # 358     QUIET       variance of the position without errors, in SHARE's scale               learn
 # 359     NU          the position by its sigma, Q13                                          learn
 # 360-362 CHANGE      tilt x, tilt y, yaw to turn on by, rad Q24                      learn, level
-# 363     HIDDEN      tilt that a gap, or another filter, may hide, rad Q15             stand, turn
+# 363     HIDDEN      tilt that a gap may hide, rad Q15                                        turn
 
 from math import degrees
 
@@ -368,15 +368,9 @@ class Attitude(Fixed):
 
         place(self._s, q, self.rate_hz)
 
-    def tilt_doubt_deg(self):
-        """By how much the tilt may be off, one sigma."""
-        from attitude.fixed.attitude.stand import tilt_doubt_deg
-
-        return self.whole(lambda state: tilt_doubt_deg(self._s, state))
-
-    def begin_at(self, there, tilt_deg=None):
+    def begin_at(self, there):
         """Begin there, past the time of levelling."""
         from attitude.fixed.attitude.stand import begin_at
 
         begin(self._s)
-        begin_at(self._s, there, tilt_deg, self.rate_hz)
+        begin_at(self._s, there, self.rate_hz)

@@ -31,12 +31,9 @@ _AGE = const(208)
 _LEARNED = const(103)
 _MOVED = const(104)
 _EVENT = const(221)
-_HIDDEN = const(363)
 _SIGMA = const(105)
 _STATE = const(75)
 _DEG = 57.29578
-_REST_DEG = 0.2  # as well as a rest shows a tilt
-_START_DEG = 15.0
 _MOST_DPS = 39.0  # of bias: what the formats hold, and twice what the datasheet allows
 
 
@@ -58,17 +55,6 @@ def standing(s, state, rate_hz):
         home = [b * scale / 256.0 for b in _part(state, _BEFORE)]
     rates = [rate * scale for rate in _part(state, _LAST)]
     return _attitude(state), rates, [b * scale / 256.0 for b in _part(state, _BIAS)], home
-
-
-def tilt_doubt_deg(s, state):
-    """By how much the tilt may be off, one sigma, what no look has shown yet among it."""
-    event = state[_EVENT - _STATE]
-    if event & 8 or state[_AGE - _STATE] < s[_YOUNG]:
-        return _START_DEG
-    doubt = max(_part(state, _SIGMA + 12, 2)) / 1073741824.0
-    if event & 128:
-        doubt = max(doubt, state[_HIDDEN - _STATE] / 32768.0)
-    return max(_REST_DEG, doubt * _DEG)
 
 
 def quaternion(s, state, rate_hz):
@@ -94,19 +80,15 @@ def place(s, q, rate_hz):
         s[_ROLL + i] = angle
 
 
-def begin_at(s, there, tilt_deg, rate_hz):
-    """Fill a state that has just begun with that of another filter, whose tilt may be off by
-    tilt_deg; None: nobody knows."""
+def begin_at(s, there, rate_hz):
+    """Fill a state that has just begun with that of another filter."""
     q, rates, bias, home = there
     inc = INC_PER_DPS / rate_hz
     s[_BEGIN] = 1
     s[_MOVED] = 1
     s[_AGE] = s[_OLD] if home else s[_YOUNG]
-    # the tilt is unknown, or in doubt, or a rest has shown it
-    s[_EVENT] = 8
-    if tilt_deg is not None and tilt_deg < _START_DEG:
-        s[_EVENT] = 128 if tilt_deg > _REST_DEG else 2
-        s[_HIDDEN] = round(tilt_deg / _DEG * 32768.0)
+    # the tilt is unknown, or a rest has shown it
+    s[_EVENT] = 2 if home and not any(rates) else 8
     for i in range(3):
         # a filter that has not told its bias at rest may not know all of it; deg/s
         known = 0.01 if home else max(3.0, abs(_bounded(bias[i])))
