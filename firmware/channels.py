@@ -15,7 +15,7 @@ from firmware import filters
 Channel = namedtuple("Channel", ("name", "unit", "scale", "source", "place", "shift", "read"))
 
 VERSION = 1
-_NONE = bytearray()
+_NONE = bytearray()  # made once: a stream may end where nothing can be allocated
 ALWAYS = (
     "accel_x", "accel_y", "accel_z", "temp", "gyro_x", "gyro_y", "gyro_z", "roll", "pitch", "yaw",
 )  # fmt: skip

@@ -401,3 +401,45 @@ def test_work_waits_a_little_while_the_program_is_deep_in_calls_and_nobody_waits
         rig.port.run_ms(3000)
         most = max(b - a for a, b in itertools.pairwise(began))
         assert ticks <= most <= ticks + 1
+
+
+@pytest.mark.parametrize("waits", [nobody, controller, reader, plotter])
+@pytest.mark.parametrize("rate_hz", [100, 250, 1000])
+def test_a_look_waits_for_up_to_80_ms_at_any_rate_whoever_is_waited_for(
+    waits, rate_hz, tmp_path, monkeypatch
+):
+    """The time runs while it is deep, due or not: with work after each tick less may be left."""
+    with Rig("hard", Still(), tmp_path, rest_s=0.1, rate_hz=rate_hz) as rig:
+        rig.app.start()
+        rig.port.run_ms(100)
+        waits(rig.app)
+        rig.app.tick.words[12] = 0  # DUE
+        monkeypatch.setattr("firmware.foreground.stack_use", lambda: 4000)
+        looks, look = [], rig.app.foreground._look
+
+        def counted(app):
+            if app.foreground._part == 0:
+                looks.append(app.tick.timing.words[5])
+            look(app)
+
+        monkeypatch.setattr(rig.app.foreground, "_look", counted)
+        rig.port.run_ms(3000)
+        periods_ms = [(b - a) * 1000 / rate_hz for a, b in itertools.pairwise(looks)]
+        assert 8 < len(looks) < 15
+        least = 280 if waits is nobody else 240
+        assert least <= min(periods_ms) and max(periods_ms) <= 280 + 1000 / rate_hz
+
+
+def test_what_only_settles_is_no_work_after_each_tick(tmp_path, monkeypatch):
+    with Rig("hard", Still(), tmp_path, rest_s=0.1) as rig:
+        rig.app.start()
+        rig.port.run_ms(500)
+        rig.app.tick.words[6] = 1000000  # UNUSED_US: a second, and nothing is to be mended
+        rig.app.tick.words[0] = 1  # ODD
+        began, work = [], rig.app.foreground._work
+        monkeypatch.setattr(
+            rig.app.foreground, "_work", lambda app: (began.append(app.age_us), work(app))
+        )
+        rig.port.run_ms(900)
+        assert max(began) > 600000 and not rig.app.mend.well
+        assert len(began) < 30  # of 225 ticks

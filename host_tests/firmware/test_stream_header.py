@@ -118,3 +118,31 @@ def test_a_ring_leaves_a_piece_for_a_filters_code_beside_it(monkeypatch, free, r
         else:
             with pytest.raises(MemoryError):
                 stream._ring(200, 28, None)
+
+
+@pytest.mark.parametrize(
+    "used, header", [(1000, True), (3300, True), (3400, False), (4100, False)]
+)
+def test_a_header_waits_where_the_program_is_deep(app, used, header, monkeypatch):
+    chunks, seen = app.stream._chunks, []
+    monkeypatch.setattr("firmware.stream.stack_use", lambda: used)
+    app.telemetry.console.ready, app.telemetry.console.write = lambda: True, seen.append
+    app.stream._run = app.stream._make_run()
+    for _ in range(50):
+        app.stream._run(0)
+    assert (app.stream._next > 0) == header and chunks > 4
+    for _ in range(400):  # and not for ever
+        app.stream._run(0)
+    assert app.stream._next == app.stream._chunks
+
+
+def test_samples_wait_till_half_of_the_ring_where_there_is_hardly_a_stack(app, monkeypatch):
+    stream, seen = app.stream, []
+    monkeypatch.setattr("firmware.stream.stack_use", lambda: 4300)
+    app.telemetry.console.ready, app.telemetry.console.write = lambda: True, seen.append
+    run, ring = stream._make_run(), stream._ring  # places of firmware.tick.tap
+    for waiting in range(ring[2]):
+        ring[0], ring[1] = (ring[1] + waiting) & 0x3FFFFFFF, ring[1]
+        before = stream.written
+        run(0)
+        assert (stream.written > before or ring[1] + waiting > ring[0]) == (waiting >= ring[2] / 2)
